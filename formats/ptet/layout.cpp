@@ -1,0 +1,330 @@
+#include "formats/ptet/layout.hpp"
+
+#include "formats/ptet/archive.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <xxhash.h>
+#include <zstd.h>
+
+namespace ptet::file {
+namespace {
+
+std::uint64_t product(std::uint64_t a, std::uint64_t b) { // counts below 2^32, or saturated
+  return a != 0 && b > ~std::uint64_t{0} / a ? ~std::uint64_t{0} : a * b;
+}
+
+double get_finite(ByteReader& in, std::string_view name) {
+  const auto value = in.get<double>(name);
+  if (!std::isfinite(value)) in.fail(std::string(name) + " is not finite");
+  return value;
+}
+
+void get_box(ByteReader& in, Point& least, Point& greatest) {
+  static constexpr std::array<const char*, 6> kNames = {"box_min x", "box_min y", "box_min z",
+                                                        "box_max x", "box_max y", "box_max z"};
+  for (std::size_t i = 0; i < 3; ++i)
+    least[i] = get_finite(in, kNames[i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    greatest[i] = get_finite(in, kNames[i + 3]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (least[i] > greatest[i]) in.fail("a bounding box ends before it begins");
+  }
+}
+
+template <class T>
+void expect(ByteReader& in, std::string_view name, T wanted) {
+  const auto value = in.get<T>(name);
+  if (value != wanted) in.fail(std::string(name) + " is " + std::to_string(value) + ", not " + std::to_string(wanted));
+}
+
+ScalarType get_type(ByteReader& in, std::string_view name) {
+  const auto type = in.get<std::uint8_t>(name);
+  if (type > static_cast<std::uint8_t>(ScalarType::kFloat64)) in.fail(std::string(name) + " is unknown");
+  return static_cast<ScalarType>(type);
+}
+
+std::uint8_t get_digits(ByteReader& in, ScalarType type) {
+  const auto digits = in.get<std::uint8_t>("decimal digits");
+  if (digits != 0 && (!is_float(type) || digits > DecimalRanking::max_digits(type))) {
+    in.fail("a number of decimal digits is out of range");
+  }
+  return digits;
+}
+
+/// `count` numbers of `width` bytes, by planes: all lowest bytes, then all second ones, ...
+class Planes {
+public:
+  Planes(ByteReader& in, std::size_t count, std::size_t width, std::string_view name)
+      : bytes_(in.get_bytes(count * width, name)), count_(count), width_(width) {}
+  [[nodiscard]] std::uint64_t at(std::size_t i) const {
+    std::uint64_t value = 0;
+    for (std::size_t plane = 0; plane < width_; ++plane) {
+      value |= static_cast<std::uint64_t>(bytes_[plane * count_ + i]) << (8 * plane);
+    }
+    return value;
+  }
+
+private:
+  std::span<const std::byte> bytes_;
+  std::size_t count_, width_;
+};
+
+void parse_base_array(ByteReader& in, std::size_t rows, PointArray& array, const std::string& name) {
+  const std::size_t width = size_of(array.type);
+  for (std::size_t c = 0; c < array.components; ++c) {
+    const Planes planes(in, rows, width, name);
+    std::uint64_t rank = 0;
+    for (std::size_t row = 0; row < rows; ++row) {
+      rank += planes.at(row);
+      store_rank(array.type, rank, array.bytes.data() + row * array.row_bytes() + c * width);
+    }
+  }
+}
+
+} // namespace
+
+std::string ByteReader::number_text(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value);
+  return {text.data(), end.ptr};
+}
+
+const char* name_of(SectionKind kind) {
+  switch (kind) {
+  case SectionKind::kArrays: return "arrays section";
+  case SectionKind::kModel: return "model section";
+  case SectionKind::kBase: return "base section";
+  case SectionKind::kBlocks: return "blocks";
+  case SectionKind::kManifest: return "manifest section";
+  case SectionKind::kTable: return "table section";
+  }
+  return "unknown section";
+}
+
+std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  return XXH64(bytes.data(), bytes.size(), 0);
+}
+
+std::vector<std::byte> expand(const Section& section, std::vector<std::byte> stored) {
+  const std::string name = name_of(static_cast<SectionKind>(section.kind));
+  if (hash_of(stored) != section.hash) {
+    throw Error(ErrorCode::kCorruptFile, "the " + name + " is corrupt: its hash does not match", section.offset);
+  }
+  if (section.stored_bytes == section.raw_bytes) return stored;
+  std::vector<std::byte> raw(section.raw_bytes);
+  const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size());
+  if (ZSTD_isError(size) != 0 || size != raw.size()) {
+    throw Error(ErrorCode::kCorruptFile, "the " + name + " is corrupt: it does not decompress to its size",
+                section.offset);
+  }
+  return raw;
+}
+
+FixedHeader parse_header(ByteReader& in) {
+  if (in.get_text(kMagic.size(), "magic") != kMagic) in.fail("this is not a .ptet file");
+  if (const auto version = in.get<std::uint32_t>("version"); version != kVersion) {
+    in.fail("version " + std::to_string(version) + " is unknown; this program reads version 1");
+  }
+  expect<std::uint32_t>(in, "reserved", 0);
+  FixedHeader fixed;
+  Header& header = fixed.header;
+  header.base_vertex_count = in.get<std::uint32_t>("base_vertex_count");
+  header.base_tet_count = in.get<std::uint32_t>("base_tet_count");
+  header.record_count = in.get<std::uint32_t>("record_count");
+  header.tet_count = in.get<std::uint32_t>("tet_count");
+  header.block_count = in.get<std::uint32_t>("block_count");
+  fixed.array_count = in.get<std::uint32_t>("array_count");
+  fixed.version_count = in.get<std::uint64_t>("version_count");
+  fixed.records_per_block = in.get<std::uint16_t>("records_per_block");
+  header.position_type = get_type(in, "position_type");
+  for (int axis = 0; axis < 3; ++axis)
+    fixed.position_digits.push_back(get_digits(in, header.position_type));
+  expect<std::uint16_t>(in, "reserved", 0);
+  get_box(in, header.box_min, header.box_max);
+  header.diagonal = get_finite(in, "diagonal");
+  if (header.diagonal < 0) in.fail("diagonal is negative");
+  // The hash over what came before is the header's last field; the reader has checked it.
+  static_cast<void>(in.get<std::uint64_t>("header hash"));
+
+  if (fixed.records_per_block == 0 || fixed.records_per_block > kMaxRecordsPerBlock) {
+    in.fail("records_per_block is out of range");
+  }
+  if (fixed.array_count > kMaxArrays) in.fail("array_count is out of range");
+  if (std::uint64_t{header.base_vertex_count} + header.record_count >= 0xFFFFFFFE) in.fail("too many vertices");
+  if (fixed.version_count >= 0xFFFFFFFE) in.fail("version_count is out of range");
+  if (header.tet_count < header.base_tet_count || header.tet_count > header.base_tet_count + fixed.version_count) {
+    in.fail("tet_count does not fit the other counts");
+  }
+  return fixed;
+}
+
+Footer parse_footer(ByteReader& in) {
+  Footer footer;
+  footer.directory_offset = in.get<std::uint64_t>("directory_offset");
+  footer.section_count = in.get<std::uint32_t>("section_count");
+  expect<std::uint32_t>(in, "reserved", 0);
+  footer.directory_hash = in.get<std::uint64_t>("directory_hash");
+  footer.file_bytes = in.get<std::uint64_t>("file_bytes");
+  if (in.get_text(kEndMagic.size(), "end magic") != kEndMagic) in.fail("the end of the file is missing");
+  if (footer.section_count > kMaxSections) in.fail("section_count is out of range");
+  return footer;
+}
+
+std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count) {
+  std::vector<Section> sections(count);
+  std::uint64_t expected = kHeaderBytes;
+  for (Section& section : sections) {
+    section.kind = in.get<std::uint32_t>("kind");
+    section.flags = in.get<std::uint32_t>("flags");
+    section.offset = in.get<std::uint64_t>("offset");
+    section.stored_bytes = in.get<std::uint64_t>("stored_bytes");
+    section.raw_bytes = in.get<std::uint64_t>("raw_bytes");
+    section.hash = in.get<std::uint64_t>("hash");
+    if ((section.flags & ~kMandatory) != 0) in.fail("a reserved flag of a section is set");
+    if (section.offset != expected || section.stored_bytes > ~std::uint64_t{0} - expected) {
+      in.fail("a section does not begin where the one before ends");
+    }
+    expected += section.stored_bytes;
+    const bool known = section.kind >= 1 && section.kind <= static_cast<std::uint32_t>(SectionKind::kTable);
+    if (!known && (section.flags & kMandatory) != 0) {
+      in.fail("section " + std::to_string(section.kind) + " is mandatory but unknown to this program");
+    }
+    if (known && (section.flags & kMandatory) == 0) in.fail("a mandatory section is not marked so");
+    if (section.raw_bytes < section.stored_bytes || section.raw_bytes > product(section.stored_bytes, kMaxExpansion)) {
+      in.fail("a section's raw size is out of range");
+    }
+  }
+  in.finish();
+  return sections;
+}
+
+std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed) {
+  std::vector<DecimalDigits> digits{fixed.position_digits};
+  for (std::uint32_t i = 0; i < fixed.array_count; ++i) {
+    ArrayInfo info;
+    info.name = in.get_text(in.get_count("length of name", in.remaining()), "name");
+    info.type = get_type(in, "type");
+    info.components = static_cast<std::uint32_t>(in.get_count("components", kMaxComponents));
+    if (info.components == 0) in.fail("an array has no component");
+    const auto governing = in.get<std::uint8_t>("governing");
+    if (governing > 1) in.fail("a reserved bit of governing is set");
+    info.governing = governing != 0;
+    info.range = get_finite(in, "range");
+    if (info.range < 0) in.fail("range is negative");
+    auto& array_digits = digits.emplace_back();
+    for (std::uint32_t c = 0; c < info.components; ++c)
+      array_digits.push_back(get_digits(in, info.type));
+    fixed.header.arrays.push_back(std::move(info));
+  }
+  in.finish();
+  return digits;
+}
+
+std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, const Section& blocks) {
+  const Header& header = fixed.header;
+  const auto codes =
+      1 + static_cast<std::size_t>(std::count_if(header.arrays.begin(), header.arrays.end(),
+                                                 [](const ArrayInfo& array) { return array.governing; }));
+  const std::size_t least_row_bytes = 3 + 8 + 48 + 2 * codes + 1;
+  if (header.block_count > in.remaining() / least_row_bytes) in.fail("it is too short for its number of blocks");
+  std::vector<TableRow> rows(header.block_count);
+  std::uint64_t offset = blocks.offset, records = 0, versions = 0;
+  const std::uint64_t end = blocks.offset + blocks.stored_bytes;
+  for (std::uint32_t b = 0; b < header.block_count; ++b) {
+    TableRow& row = rows[b];
+    BlockInfo& info = row.info;
+    info.offset = offset;
+    info.stored_bytes = in.get_count("stored_bytes", end - offset);
+    offset += info.stored_bytes;
+    info.first_record = static_cast<std::uint32_t>(records);
+    info.record_count = static_cast<std::uint32_t>(in.get_count("record_count", fixed.records_per_block));
+    records += info.record_count;
+    row.version_count = static_cast<std::uint32_t>(
+        in.get_count("version_count", std::min<std::uint64_t>(product(info.stored_bytes, kMaxVersionsPerByte),
+                                                              fixed.version_count - versions)));
+    versions += row.version_count;
+    if (info.record_count == 0 || row.version_count / 4 < info.record_count) {
+      in.fail("a block has too few records or versions");
+    }
+    if (product(info.record_count, vertex_bytes(header)) > product(info.stored_bytes, kMaxValueBytesPerByte)) {
+      in.fail("a block has too few bytes for its records");
+    }
+    row.hash = in.get<std::uint64_t>("hash");
+    get_box(in, info.box_min, info.box_max);
+    for (std::size_t i = 0; i < codes; ++i) {
+      info.max_error.push_back(in.get<std::uint16_t>("max_error"));
+      if (info.max_error.back() > kMaxErrorCode) in.fail("max_error is out of range");
+    }
+    info.needs.resize(
+        in.get_count("number of needed blocks", std::min<std::uint64_t>(header.block_count - 1, in.remaining())));
+    std::uint64_t next = 0;
+    for (std::uint32_t& needed : info.needs) {
+      next += in.get_count("needed block", header.block_count);
+      if (next >= header.block_count || next == b) in.fail("a needed block is out of range");
+      needed = static_cast<std::uint32_t>(next++);
+    }
+  }
+  if (records != header.record_count || versions != fixed.version_count || offset != end) {
+    in.fail("the blocks do not add up to the header's counts");
+  }
+  in.finish();
+  return rows;
+}
+
+Manifest parse_manifest(ByteReader& in) {
+  Manifest manifest;
+  InputArchive archive(in);
+  archive& manifest;
+  in.finish();
+  return manifest;
+}
+
+void put_manifest(ByteWriter& out, const Manifest& manifest) {
+  OutputArchive archive(out);
+  archive& manifest;
+}
+
+std::size_t vertex_bytes(const Header& header) {
+  std::size_t bytes = 3 * size_of(header.position_type);
+  for (const ArrayInfo& array : header.arrays)
+    bytes += array.components * size_of(array.type);
+  return bytes;
+}
+
+std::vector<Tet> parse_base(ByteReader& in, const Header& header, PointArray& positions,
+                            std::vector<PointArray>& arrays) {
+  parse_base_array(in, header.base_vertex_count, positions, "positions");
+  for (PointArray& array : arrays)
+    parse_base_array(in, header.base_vertex_count, array, "array " + array.name);
+  std::array<std::optional<Planes>, 4> planes;
+  for (auto& column : planes)
+    column.emplace(in, header.base_tet_count, 4, "tets");
+  std::vector<Tet> tets(header.base_tet_count);
+  std::uint32_t first = 0;
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    first += static_cast<std::uint32_t>(planes[0]->at(t));
+    tets[t][0] = VertexId{first};
+    for (std::size_t i = 1; i < 4; ++i)
+      tets[t][i] = VertexId{first + static_cast<std::uint32_t>(planes[i]->at(t))};
+  }
+  in.finish();
+  return tets;
+}
+
+std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count) {
+  std::vector<std::uint32_t> generations;
+  std::uint64_t generation = 0;
+  while (generations.size() < record_count) {
+    generation += in.get_count("generation", 0xFFFFFFFE - generation) + (generations.empty() ? 0 : 1);
+    const std::uint64_t count = in.get_count("records of a generation", record_count - generations.size());
+    if (count == 0) in.fail("a generation has no record");
+    if (generation >= 0xFFFFFFFE) in.fail("generation is out of range");
+    generations.insert(generations.end(), count, static_cast<std::uint32_t>(generation));
+  }
+  return generations;
+}
+
+} // namespace ptet::file

@@ -1,0 +1,27 @@
+// The manifest: where a .ptet file comes from. Described once by Boost.Serialization serialize() functions and stored
+// through our own bounded little-endian archive (archive.hpp), values only.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ptet::file {
+
+struct Manifest {
+  std::string tool_version; ///< of the builder, "0.1.0"
+  std::string source_name;  ///< file name of the input, without its folder
+  std::string source_hash;  ///< "xxh64:..." of the input's bytes; empty when it did not come from a file
+  std::vector<std::pair<std::string, std::string>> options; ///< name and value, as used
+  std::vector<std::string> notes;                           ///< what was found in the input and done about it
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned /*version*/) {
+    archive& tool_version& source_name& source_hash& options& notes;
+  }
+
+  friend bool operator==(const Manifest&, const Manifest&) = default;
+};
+
+} // namespace ptet::file

@@ -1,0 +1,142 @@
+#include "formats/ptet/ordering.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+namespace ptet::file {
+namespace {
+
+/// Every third bit of the result is one of the 21 bits of `x`.
+std::uint64_t spread(std::uint64_t x) {
+  x = (x | x << 32) & 0x001F00000000FFFF;
+  x = (x | x << 16) & 0x001F0000FF0000FF;
+  x = (x | x << 8) & 0x100F00F00F00F00F;
+  x = (x | x << 4) & 0x10C30C30C30C30C3;
+  x = (x | x << 2) & 0x1249249249249249;
+  return x;
+}
+
+std::vector<std::uint64_t> morton_codes(const TetMesh& mesh) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  Point least{kInf, kInf, kInf}, greatest{-kInf, -kInf, -kInf};
+  const auto count = static_cast<std::uint32_t>(mesh.vertex_count());
+  for (std::uint32_t v = 0; v < count; ++v) {
+    const Point at = mesh.position(VertexId{v});
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      least[axis] = std::min(least[axis], at[axis]);
+      greatest[axis] = std::max(greatest[axis], at[axis]);
+    }
+  }
+  const double size = std::max({greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]});
+  std::vector<std::uint64_t> codes(count);
+  for (std::uint32_t v = 0; v < count; ++v) {
+    const Point at = mesh.position(VertexId{v});
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double fraction = (at[axis] - least[axis]) / size;
+      const auto cell = fraction > 0 ? static_cast<std::uint64_t>(std::min(fraction, 1.0) * 0x1FFFFF) : 0;
+      codes[v] |= spread(cell) << axis;
+    }
+  }
+  return codes;
+}
+
+void order_base(const TetMesh& mesh, const RecordStream& records, const std::vector<std::uint64_t>& codes,
+                FileOrder& order) {
+  std::vector<char> removed(codes.size()), used(codes.size());
+  for (const VertexId v : records.removed)
+    removed[v.index()] = 1;
+  for (const Tet& tet : mesh.tets) {
+    for (const VertexId v : tet)
+      used[v.index()] = 1;
+  }
+  for (std::uint32_t v = 0; v < codes.size(); ++v) {
+    if (removed[v] == 0) order.mesh_vertex.push_back(VertexId{v});
+  }
+  std::sort(order.mesh_vertex.begin(), order.mesh_vertex.end(), [&](VertexId a, VertexId b) {
+    return std::tuple(used[a.index()] == 0, codes[a.index()], a) <
+           std::tuple(used[b.index()] == 0, codes[b.index()], b);
+  });
+  order.base_vertex_count = static_cast<std::uint32_t>(order.mesh_vertex.size());
+}
+
+/// Lengths of the longest chains of dependencies that end at each record, from the coarsest.
+std::vector<std::uint32_t> generations_of(const RecordStream& records, const std::vector<std::uint32_t>& consumers) {
+  std::vector<std::uint32_t> generation(records.size());
+  for (std::size_t i = records.size(); i-- > 0;) {
+    const std::uint32_t first = records.coarse_begin[i].index();
+    for (std::uint32_t t = first; t < first + records.modified_count[i]; ++t) {
+      if (consumers[t] != RecordId::kNone) generation[i] = std::max(generation[i], generation[consumers[t]] + 1);
+    }
+  }
+  return generation;
+}
+
+/// The ends of the levels in stream order, coarsest first: each level ends with the round at which the number of
+/// vertices has doubled.
+std::vector<std::size_t> level_ends(const RecordStream& records, std::size_t base_vertices) {
+  std::vector<std::size_t> ends;
+  std::size_t limit = std::max<std::size_t>(2 * base_vertices, 2);
+  for (std::size_t i = records.size(); i-- > 0;) {
+    const std::size_t vertices = base_vertices + records.size() - i;
+    const bool round_ends = i == 0 || records.round[i - 1] != records.round[i];
+    if (i == 0 || (round_ends && vertices >= limit)) {
+      ends.push_back(i);
+      while (limit <= vertices)
+        limit *= 2;
+    }
+  }
+  return ends;
+}
+
+} // namespace
+
+std::vector<std::uint32_t> find_consumers(const RecordStream& records) {
+  std::vector<std::uint32_t> consumers(records.versions.size(), RecordId::kNone);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (const VersionId t : records.consumed(i))
+      consumers[t.index()] = static_cast<std::uint32_t>(i);
+  }
+  return consumers;
+}
+
+FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+                     std::uint32_t records_per_block) {
+  FileOrder order;
+  const auto codes = morton_codes(mesh);
+  order_base(mesh, records, codes, order);
+  const auto generation = generations_of(records, consumers);
+  const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
+
+  std::size_t end = records.size();
+  for (const std::size_t begin : level_ends(records, order.base_vertex_count)) {
+    std::vector<std::uint32_t> level(end - begin);
+    std::iota(level.begin(), level.end(), static_cast<std::uint32_t>(begin));
+    std::sort(level.begin(), level.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return std::pair(code_of(a), a) < std::pair(code_of(b), b); });
+    // Blocks of one level differ by one record at most.
+    const std::size_t count = (level.size() + records_per_block - 1) / records_per_block;
+    for (std::size_t b = 0; b < count; ++b) {
+      const auto first = level.begin() + static_cast<std::ptrdiff_t>(level.size() * b / count);
+      const auto last = level.begin() + static_cast<std::ptrdiff_t>(level.size() * (b + 1) / count);
+      std::sort(first, last, [&](std::uint32_t x, std::uint32_t y) {
+        return std::tuple(generation[x], code_of(x), x) < std::tuple(generation[y], code_of(y), y);
+      });
+      order.blocks.push_back(
+          {static_cast<std::uint32_t>(order.stream_record.size()), static_cast<std::uint32_t>(last - first)});
+      order.stream_record.insert(order.stream_record.end(), first, last);
+    }
+    end = begin;
+  }
+  for (const std::uint32_t record : order.stream_record) {
+    order.mesh_vertex.push_back(records.removed[record]);
+    order.generation.push_back(generation[record]);
+  }
+  order.file_vertex.resize(order.mesh_vertex.size());
+  for (std::uint32_t v = 0; v < order.mesh_vertex.size(); ++v)
+    order.file_vertex[order.mesh_vertex[v].index()] = VertexId{v};
+  return order;
+}
+
+} // namespace ptet::file

@@ -1,0 +1,34 @@
+// The order in which a file holds vertices and records: levels that halve the number of vertices, blocks of records
+// near one another within a level, the records of a block by generation and again by nearness. PTET.md, "Order".
+#pragma once
+
+#include "ptet/mesh.hpp"
+#include "record/stream.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace ptet::file {
+
+struct BlockRange {
+  std::uint32_t first_record = 0;
+  std::uint32_t record_count = 0;
+};
+
+struct FileOrder {
+  std::uint32_t base_vertex_count = 0;
+  std::vector<VertexId> mesh_vertex;        ///< by file vertex: base (used ones first), then one for each record
+  std::vector<VertexId> file_vertex;        ///< by mesh vertex
+  std::vector<std::uint32_t> stream_record; ///< by file record
+  std::vector<std::uint32_t> generation;    ///< by file record
+  std::vector<BlockRange> blocks;
+};
+
+/// For each version of the stream the record that consumed it; RecordId::kNone for those of the base.
+[[nodiscard]] std::vector<std::uint32_t> find_consumers(const RecordStream& records);
+
+/// `consumers`: see above. The order depends on the mesh and the stream alone.
+[[nodiscard]] FileOrder order_file(const TetMesh& mesh, const RecordStream& records,
+                                   const std::vector<std::uint32_t>& consumers, std::uint32_t records_per_block);
+
+} // namespace ptet::file

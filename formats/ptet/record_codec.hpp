@@ -1,0 +1,611 @@
+// How one record is coded: one text for the reader's side and the writer's (see range_coder.hpp for the sides). Each
+// step takes the true value on the writer's side and returns it on both.
+//
+//   seeds      where the split happens: a version of C(r), named by the record that made it (PTET.md, "Seeds")
+//   position   of the new vertex v, predicted from the first seed
+//   growth     one bit for each face met while the region grows
+//   arrays     of v, predicted from the vertices around it
+//   errors     own, and how much more the finer records that depend on it have
+//
+// Everything used to predict is the same in every closed set of loaded blocks.
+#pragma once
+
+#include "formats/ptet/range_coder.hpp"
+#include "formats/ptet/reader.hpp"
+#include "formats/ptet/schema.hpp"
+#include "mesh/scalar_dispatch.hpp"
+
+#include <bit>
+#include <cmath>
+
+namespace ptet::file {
+
+[[noreturn]] inline void fail_record(RecordId r, const char* what) {
+  throw Error(ErrorCode::kCorruptFile, "record " + std::to_string(r.index()) + " is corrupt: " + what);
+}
+
+// ---- numbers ----
+
+/// The bits of `value` below 2^levels, high one first, in a tree of 2^levels contexts.
+template <class Coder>
+std::uint32_t code_tree(Coder& coder, std::uint32_t first_context, unsigned levels, std::uint32_t value) {
+  std::uint32_t node = 1;
+  for (unsigned level = levels; level-- > 0;) {
+    node = node << 1 | (coder.bit(first_context + node, (value >> level & 1) != 0) ? 1U : 0U);
+  }
+  return node - (1U << levels);
+}
+
+/// The bits of `value` below its leading one, given its length: the top two by contexts, the rest as they are.
+template <class Coder>
+std::uint64_t code_mantissa(Coder& coder, std::uint32_t first_context, unsigned length, std::uint64_t value) {
+  if (length < 2) return length;
+  const std::uint32_t context = first_context + 3 * length;
+  unsigned left = length - 1;
+  const bool high = coder.bit(context, (value >> --left & 1) != 0);
+  std::uint64_t result = high ? 3 : 2;
+  if (left > 0) {
+    --left;
+    result = result << 1 | (coder.bit(context + (high ? 2 : 1), (value >> left & 1) != 0) ? 1U : 0U);
+  }
+  const std::uint64_t rest = left == 0 ? 0 : coder.raw(left, value & ((std::uint64_t{1} << left) - 1));
+  return result << left | rest;
+}
+
+/// An unsigned number below 2^31: Schema::kUintContexts contexts.
+template <class Coder>
+std::uint32_t code_uint(Coder& coder, std::uint32_t first_context, std::uint32_t value) {
+  const std::uint32_t length = code_tree(coder, first_context, 5, static_cast<std::uint32_t>(std::bit_width(value)));
+  return static_cast<std::uint32_t>(code_mantissa(coder, first_context + 32, length, value));
+}
+
+/// A signed one: 32 contexts more, for the sign by length.
+template <class Coder>
+std::int64_t code_int(Coder& coder, std::uint32_t first_context, std::int64_t value) {
+  const auto magnitude = code_uint(coder, first_context, static_cast<std::uint32_t>(value < 0 ? -value : value));
+  if (magnitude == 0) return 0;
+  const bool negative = coder.bit(
+      first_context + Schema::kUintContexts + static_cast<std::uint32_t>(std::bit_width(magnitude)), value < 0);
+  return negative ? -static_cast<std::int64_t>(magnitude) : static_cast<std::int64_t>(magnitude);
+}
+
+/// A difference modulo 2^64, as sign and magnitude, in the contexts of a column and a spread.
+template <class Coder>
+std::uint64_t code_difference(Coder& coder, const Column& column, std::uint64_t spread, std::uint64_t difference,
+                              RecordId r) {
+  const unsigned spread_class =
+      std::min(static_cast<unsigned>(std::bit_width(spread)), column.bits > 32 ? 64U : 32U) / 2;
+  const bool negative = static_cast<std::int64_t>(difference) < 0;
+  const std::uint64_t magnitude = negative ? 0 - difference : difference;
+  const std::uint32_t length = code_tree(coder, column.length + (spread_class << column.length_levels),
+                                         column.length_levels, static_cast<std::uint32_t>(std::bit_width(magnitude)));
+  if (length == 0) return 0;
+  if (length > (column.bits > 32 ? 64U : 32U)) fail_record(r, "a number has too many bits");
+  const bool is_negative = coder.bit(column.sign, negative);
+  const std::uint64_t coded = code_mantissa(coder, column.mantissa, length, magnitude);
+  return is_negative ? 0 - coded : coded;
+}
+
+/// A scalar by its rank, given a prediction and how far the numbers it was made from lie apart.
+template <class Coder>
+std::uint64_t code_scalar(Coder& coder, const Column& column, double predicted, double spread, std::uint64_t rank,
+                          RecordId r) {
+  if (column.decimals) {
+    const auto exact = column.decimals->exact(rank);
+    if (!coder.bit(column.escape, !exact.has_value())) {
+      const std::int64_t from = column.decimals->nearest(predicted);
+      const std::int64_t apart = column.decimals->nearest(predicted + spread) - from;
+      const std::uint64_t difference =
+          code_difference(coder, column, static_cast<std::uint64_t>(apart < 0 ? -apart : apart),
+                          static_cast<std::uint64_t>(exact.value_or(0)) - static_cast<std::uint64_t>(from), r);
+      const auto coded =
+          column.decimals->value_rank(static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + difference));
+      if (!coded) fail_record(r, "a decimal number is out of range");
+      return *coded;
+    }
+  }
+  const std::uint64_t from = rank_of(column.type, predicted);
+  const std::uint64_t apart = rank_of(column.type, predicted + spread) - from;
+  const unsigned unused = 64 - column.bits;
+  // The difference modulo 2^bits, its sign extended.
+  const auto difference = static_cast<std::uint64_t>(static_cast<std::int64_t>((rank - from) << unused) >> unused);
+  const auto apart_signed = static_cast<std::int64_t>(apart << unused) >> unused;
+  const std::uint64_t coded = code_difference(
+      coder, column, static_cast<std::uint64_t>(apart_signed < 0 ? -apart_signed : apart_signed), difference, r);
+  return ((from + coded) << unused) >> unused;
+}
+
+// ---- a block ----
+
+/// Where a seed is found: version `fine` of the list of F(p), p the `index`-th record of a block; or version `index`
+/// of the base. `corner`: of the target in that version.
+struct Seed {
+  std::uint32_t source = 0; ///< 0: this block; 1 ..: BlockInfo::needs; behind them: the base
+  std::uint32_t index = 0;
+  std::uint32_t fine = 0;
+  std::uint32_t corner = 0;
+};
+
+/// What the coding of a block's next record depends on, the contexts aside.
+struct BlockState {
+  std::uint32_t block = 0;
+  std::vector<std::uint32_t> recent;     ///< sources, the one used last in front
+  std::vector<std::uint32_t> last_index; ///< by source
+  std::uint32_t last_rank = 0;
+  std::vector<std::int32_t> last_own; ///< by error code
+  std::vector<char> last_own_zero, last_above_zero;
+
+  BlockState(std::uint32_t block_number, std::size_t needs, std::size_t codes)
+      : block(block_number), recent(needs + 2), last_index(needs + 2), last_own(codes, 1280), last_own_zero(codes),
+        last_above_zero(codes) {
+    for (std::size_t i = 0; i < recent.size(); ++i)
+      recent[i] = static_cast<std::uint32_t>(i);
+  }
+  void note(const Seed& seed, std::uint32_t rank) {
+    last_rank = rank;
+    recent.erase(recent.begin() + rank);
+    recent.insert(recent.begin(), seed.source);
+    last_index[seed.source] = seed.index;
+  }
+};
+
+template <class Coder>
+void code_seed(Coder& coder, const Schema& schema, const BlockState& state, const BlockInfo& block,
+               const Refinement& refinement, std::span<const BlockInfo> blocks, Seed& seed, std::uint32_t& rank,
+               RecordId r) {
+  const auto found = std::find(state.recent.begin(), state.recent.end(), seed.source);
+  rank = code_uint(coder, schema.source + (state.last_rank == 0 ? 0 : Schema::kUintContexts),
+                   static_cast<std::uint32_t>(found - state.recent.begin()));
+  if (rank >= state.recent.size()) fail_record(r, "its seed is in no block that this one needs");
+  seed.source = state.recent[rank];
+  const bool own_block = seed.source == 0;
+  const std::int64_t last = state.last_index[seed.source];
+  const std::int64_t index =
+      last + code_int(coder, schema.index + (own_block ? 0 : Schema::kUintContexts + 32), seed.index - last);
+  if (index < 0 || index > 0x7FFFFFFF) fail_record(r, "its seed is out of range");
+  seed.index = static_cast<std::uint32_t>(index);
+
+  if (seed.source == block.needs.size() + 1) {
+    if (seed.index >= refinement.base_version_count()) fail_record(r, "its seed is no tet of the base");
+    seed.corner = code_tree(coder, schema.corner, 2, seed.corner);
+    return;
+  }
+  const BlockInfo& home = own_block ? block : blocks[block.needs[seed.source - 1]];
+  if (seed.index >= home.record_count) fail_record(r, "its seed is of no record");
+  const RecordId parent{home.first_record + seed.index};
+  if (!refinement.applied(parent)) fail_record(r, "its seed is of a record not yet decoded");
+  const std::uint32_t fine = seed.fine;
+  seed.fine = code_tree(coder, schema.fine + (own_block ? 0 : 32), 5, std::min(fine, 31U));
+  if (seed.fine == 31) seed.fine += code_uint(coder, schema.fine_rest, fine - 31);
+  if (seed.fine >= refinement.fine_count(parent)) fail_record(r, "its seed is not among the tets of its record");
+  seed.corner = code_tree(coder, schema.corner + 4, 2, seed.corner);
+}
+
+// ---- records ----
+
+/// What the reader's side knows of a record before: nothing.
+struct NothingKnown {
+  static constexpr bool kWriter = false;
+};
+
+/// What the writer's side knows: its seeds, and the region.
+template <class InRegion>
+struct RecordKnown {
+  static constexpr bool kWriter = true;
+  std::span<const Seed> seeds;
+  InRegion in_region; ///< (VersionId) -> bool
+};
+
+/// Bits coded of each kind, for measurements; a coder without bits() leaves it zero.
+struct CodedBits {
+  double seed = 0, position = 0, growth = 0, arrays = 0, errors = 0;
+};
+
+/// Codes records one after the other. Holds scratch for as many vertices as the mesh has.
+class RecordCodec {
+public:
+  RecordCodec(const Schema& schema, std::span<const BlockInfo> blocks, std::size_t vertex_count)
+      : schema_(schema), blocks_(blocks), marks_(vertex_count + 1) {}
+
+  /// Codes record `r` and applies its split. The writer's `content` holds all values beforehand, the reader's gets
+  /// those of the record.
+  template <class Coder, class Known>
+  void code(Coder& coder, BlockState& state, Content& content, RecordId r, const Known& known) {
+    next_stamp();
+    bits_mark_ = bits_of_coder(coder);
+    code_seeds(coder, state, content, r, known);
+    account(coder, bits_.seed);
+    code_position(coder, content, r);
+    account(coder, bits_.position);
+    u_position_ = position(content, target_);
+    v_position_ = position(content, content.refinement.vertex_of(r));
+    content.refinement.split(r, target_, seed_versions_, [&](const GrowthFace& face) {
+      if constexpr (Known::kWriter) {
+        return code_growth(coder, content, face, known.in_region(face.behind));
+      } else {
+        return code_growth(coder, content, face, false);
+      }
+    });
+    account(coder, bits_.growth);
+    weigh_link(content, r);
+    code_arrays(coder, content, r);
+    account(coder, bits_.arrays);
+    code_errors(coder, state, content, r);
+    account(coder, bits_.errors);
+  }
+
+  /// Extends a box by the star of the record coded last.
+  void extend_by_star(Point& least, Point& greatest) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      least[axis] = std::min(least[axis], star_least_[axis]);
+      greatest[axis] = std::max(greatest[axis], star_greatest_[axis]);
+    }
+  }
+  [[nodiscard]] const CodedBits& bits() const { return bits_; }
+
+private:
+  /// Scratch by vertex, valid for the record whose stamp it holds; the last row is the dummy's.
+  struct Mark {
+    std::uint32_t stamp = 0;
+    std::uint8_t nearness = 0; ///< 0: near v .. 5: near u; 6: the dummy
+    std::uint8_t rim = 0;      ///< faces of the rim at this vertex so far, 2 at most
+    bool in_link = false;
+  };
+  static constexpr std::size_t kMaxPrefetched = 8;
+  struct LinkVertex {
+    std::size_t vertex;
+    double weight;
+  };
+
+  template <class Coder>
+  static double bits_of_coder(const Coder& coder) {
+    if constexpr (requires { coder.bits(); }) return coder.bits();
+    return 0;
+  }
+  template <class Coder>
+  void account(const Coder& coder, double& kind) {
+    const double now = bits_of_coder(coder);
+    kind += now - bits_mark_;
+    bits_mark_ = now;
+  }
+  void next_stamp() {
+    if (++stamp_ != 0) return;
+    std::fill(marks_.begin(), marks_.end(), Mark{});
+    stamp_ = 1;
+  }
+  [[nodiscard]] Mark& mark_of(VertexId v) {
+    Mark& mark = marks_[v == kDummyVertex ? marks_.size() - 1 : v.index()];
+    if (mark.stamp != stamp_) mark = {stamp_, 0xFF, 0, false};
+    return mark;
+  }
+  [[nodiscard]] static Point position(const Content& content, VertexId v) {
+    const PointArray& positions = content.positions;
+    // The one hot load: the two types that nearly every mesh has go without a switch for each coordinate.
+    if (positions.type == ScalarType::kFloat32) {
+      const std::byte* at = positions.bytes.data() + v.index() * std::size_t{12};
+      return {load<float>(at), load<float>(at + 4), load<float>(at + 8)};
+    }
+    if (positions.type == ScalarType::kFloat64) {
+      const std::byte* at = positions.bytes.data() + v.index() * std::size_t{24};
+      return {load<double>(at), load<double>(at + 8), load<double>(at + 16)};
+    }
+    return {positions.value(v.index(), 0), positions.value(v.index(), 1), positions.value(v.index(), 2)};
+  }
+  [[nodiscard]] static std::byte* scalar_at(PointArray& array, const Column& column, std::size_t row,
+                                            std::size_t component) {
+    return array.bytes.data() + (row * array.components + component) * (column.bits / 8);
+  }
+  /// The values of a vertex of the link are wanted soon, each from another place in memory.
+  void prefetch_values(const Content& content, VertexId v) const {
+    for (std::size_t i = 0; i < std::min(content.arrays.size(), kMaxPrefetched); ++i) {
+      const std::size_t row_bytes = content.arrays[i].components * (schema_.arrays[i].front().bits / 8);
+      __builtin_prefetch(content.arrays[i].bytes.data() + v.index() * row_bytes);
+    }
+  }
+
+  template <class Coder, class Known>
+  void code_seeds(Coder& coder, BlockState& state, const Content& content, RecordId r, const Known& known);
+  template <class Coder>
+  void code_position(Coder& coder, Content& content, RecordId r);
+  template <class Coder>
+  std::optional<std::uint64_t> code_same(Coder& coder, std::size_t axis, std::uint32_t earlier,
+                                         std::span<const std::uint64_t> corners, std::uint64_t rank);
+  template <class Coder>
+  bool code_growth(Coder& coder, const Content& content, const GrowthFace& face, bool joins);
+  template <class Coder>
+  void code_arrays(Coder& coder, Content& content, RecordId r);
+  template <class Coder>
+  void code_errors(Coder& coder, BlockState& state, Content& content, RecordId r);
+
+  struct Prediction {
+    double value, spread;
+  };
+  [[nodiscard]] Prediction predict(const PointArray& array, std::uint32_t component);
+  [[nodiscard]] std::uint8_t nearness(const Content& content, VertexId v);
+  [[nodiscard]] std::uint32_t height_class(const Content& content, const GrowthFace& face);
+  void weigh_link(const Content& content, RecordId r);
+
+  const Schema& schema_;
+  std::span<const BlockInfo> blocks_;
+  std::vector<Mark> marks_;
+  std::uint32_t stamp_ = 0;
+  CodedBits bits_;
+  double bits_mark_ = 0;
+
+  // Of the record at hand.
+  std::vector<VersionId> seed_versions_;
+  VertexId target_;
+  Point u_position_{}, v_position_{};
+  Point star_least_{}, star_greatest_{};
+  std::vector<LinkVertex> link_;
+  std::vector<double> near_values_;
+  bool at_boundary_ = false;
+  std::vector<std::int32_t> missed_; ///< by governing field: how far the prediction was off, as an error code
+};
+
+template <class Coder, class Known>
+void RecordCodec::code_seeds(Coder& coder, BlockState& state, const Content& content, RecordId r, const Known& known) {
+  const BlockInfo& block = blocks_[state.block];
+  const Refinement& refinement = content.refinement;
+  seed_versions_.clear();
+  for (bool more = true; more;) {
+    Seed seed;
+    if constexpr (Known::kWriter) seed = known.seeds[seed_versions_.size()];
+    std::uint32_t rank = 0;
+    code_seed(coder, schema_, state, block, refinement, blocks_, seed, rank, r);
+    state.note(seed, rank);
+    VersionId version{seed.index};
+    if (seed.source != block.needs.size() + 1) {
+      const BlockInfo& home = seed.source == 0 ? block : blocks_[block.needs[seed.source - 1]];
+      version = VersionId{refinement.first_fine(RecordId{home.first_record + seed.index}).index() + seed.fine};
+    }
+    const VertexId target = refinement.vertices(version)[seed.corner];
+    if (target == kDummyVertex) fail_record(r, "its target is no vertex");
+    if (seed_versions_.empty()) {
+      target_ = target;
+    } else if (target != target_) {
+      fail_record(r, "its seeds do not share the target");
+    }
+    seed_versions_.push_back(version);
+    if constexpr (Known::kWriter) more = seed_versions_.size() < known.seeds.size();
+    more = coder.bit(schema_.more_seeds, more);
+    if (seed_versions_.size() > 4096) fail_record(r, "it has too many seeds");
+  }
+}
+
+// v is expected on the way from u to the middle of the other corners of its first seed. Meshes of CAD parts and of
+// grids repeat coordinates: that of one of the corners is tried first.
+template <class Coder>
+void RecordCodec::code_position(Coder& coder, Content& content, RecordId r) {
+  constexpr double kTowardsMiddle = 0.6;
+  std::array<VertexId, 4> corners{target_};
+  std::array<Point, 4> points{position(content, target_)};
+  std::size_t count = 1;
+  for (const VertexId v : content.refinement.vertices(seed_versions_.front())) {
+    if (v == target_ || v == kDummyVertex) continue;
+    corners[count] = v;
+    points[count++] = position(content, v);
+  }
+  std::uint32_t earlier = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Column& column = schema_.position[axis];
+    std::array<std::uint64_t, 4> ranks{};
+    const double u = points[0][axis];
+    double sum = 0, least = u, greatest = u;
+    for (std::size_t i = 0; i < count; ++i) {
+      ranks[i] = load_rank(column.type, scalar_at(content.positions, column, corners[i].index(), axis));
+      const double x = points[i][axis];
+      if (i > 0) sum += x;
+      least = std::min(least, x);
+      greatest = std::max(greatest, x);
+    }
+    std::byte* at = scalar_at(content.positions, column, content.refinement.vertex_of(r).index(), axis);
+    const std::uint64_t actual = load_rank(column.type, at);
+    const auto same = code_same(coder, axis, earlier, {ranks.data(), count}, actual);
+    if (same) earlier |= 1U << axis;
+    const double middle = sum / static_cast<double>(count - 1);
+    store_rank(
+        column.type,
+        same ? *same : code_scalar(coder, column, u + kTowardsMiddle * (middle - u), greatest - least, actual, r), at);
+  }
+}
+
+template <class Coder>
+std::optional<std::uint64_t> RecordCodec::code_same(Coder& coder, std::size_t axis, std::uint32_t earlier,
+                                                    std::span<const std::uint64_t> corners, std::uint64_t rank) {
+  for (std::size_t i = 0, candidate = 0; i < corners.size(); ++i) {
+    if (std::find(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(i), corners[i]) !=
+        corners.begin() + static_cast<std::ptrdiff_t>(i)) {
+      continue;
+    }
+    const auto times = static_cast<std::uint32_t>(std::count(corners.begin(), corners.end(), corners[i]));
+    const auto context =
+        schema_.same + static_cast<std::uint32_t>(((axis * 4 + candidate) * 4 + times - 1) * 4) + (earlier & 3U);
+    if (coder.bit(context, corners[i] == rank)) return corners[i];
+    ++candidate;
+  }
+  return std::nullopt;
+}
+
+inline double dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Point minus(const Point& a, const Point& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// How many of `steps` have not value < step * unit; without a branch on any.
+template <std::size_t kCount>
+std::uint32_t count_not_below(double value, double unit, const double (&steps)[kCount]) {
+  std::uint32_t count = 0;
+  for (const double step : steps)
+    count += value < step * unit ? 0 : 1;
+  return count;
+}
+
+// Squared distance to v against that to u: a vertex near v is likely inside the region, one near u outside.
+inline std::uint8_t RecordCodec::nearness(const Content& content, VertexId v) {
+  Mark& mark = mark_of(v);
+  if (mark.nearness != 0xFF) return mark.nearness;
+  if (v == kDummyVertex) return mark.nearness = 6;
+  prefetch_values(content, v);
+  const Point at = position(content, v);
+  const Point to_u = minus(at, u_position_), to_v = minus(at, v_position_);
+  const double du = dot(to_u, to_u), dv = dot(to_v, to_v);
+  mark.nearness = static_cast<std::uint8_t>(count_not_below(dv, du, {0.3, 0.6, 0.9, 1.3, 2.0}));
+  return mark.nearness;
+}
+
+// Height of v above the face, against that of the region's tet. The face of a rim tet has v above it.
+inline std::uint32_t RecordCodec::height_class(const Content& content, const GrowthFace& face) {
+  if (face.a == kDummyVertex || face.b == kDummyVertex) return nearness(content, face.c);
+  const Point normal =
+      cross(minus(position(content, face.a), u_position_), minus(position(content, face.b), u_position_));
+  const double height = dot(normal, minus(v_position_, u_position_));
+  if (face.c == kDummyVertex) return height > 0 ? 7 : 6;
+  const double whole = dot(normal, minus(position(content, face.c), u_position_));
+  if (!(height > 0)) return 0;
+  return 1 + count_not_below(height, whole, {0.1, 0.3, 0.6, 1.2});
+}
+
+// The rim is one cycle: once it has passed both ways through a corner of the face, the face cannot be of it.
+template <class Coder>
+bool RecordCodec::code_growth(Coder& coder, const Content& content, const GrowthFace& face, bool joins) {
+  const std::uint32_t a = nearness(content, face.a), b = nearness(content, face.b);
+  Mark& at_a = mark_of(face.a);
+  Mark& at_b = mark_of(face.b);
+  const bool rim_is_full = at_a.rim >= 2 || at_b.rim >= 2;
+  const std::uint32_t rim = rim_is_full ? 3 : at_a.rim + at_b.rim;
+  const std::uint32_t height = rim_is_full ? 0 : height_class(content, face);
+  const std::uint32_t context = schema_.growth + ((height * 8 + std::max(a, b)) * 8 + std::min(a, b)) * 4 + rim;
+  const bool coded = coder.bit(context, joins);
+  if (!coded) {
+    at_a.rim = static_cast<std::uint8_t>(std::min(at_a.rim + 1, 2));
+    at_b.rim = static_cast<std::uint8_t>(std::min(at_b.rim + 1, 2));
+  }
+  return coded;
+}
+
+// The vertices around v, in the order in which F(r) names them, with the inverse of the squared distance as weight.
+inline void RecordCodec::weigh_link(const Content& content, RecordId r) {
+  link_.clear();
+  at_boundary_ = false;
+  star_least_ = star_greatest_ = v_position_;
+  const std::uint32_t first = content.refinement.first_fine(r).index();
+  for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t) {
+    const Tet& tet = content.refinement.vertices(VersionId{t});
+    for (std::size_t corner = 1; corner < 4; ++corner) {
+      if (tet[corner] == kDummyVertex) {
+        at_boundary_ = true;
+        continue;
+      }
+      Mark& mark = mark_of(tet[corner]);
+      if (mark.in_link) continue;
+      mark.in_link = true;
+      const Point at = position(content, tet[corner]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        star_least_[axis] = std::min(star_least_[axis], at[axis]);
+        star_greatest_[axis] = std::max(star_greatest_[axis], at[axis]);
+      }
+      const Point away = minus(at, v_position_);
+      const double distance_sq = dot(away, away);
+      link_.push_back({tet[corner].index(), distance_sq > 0 ? 1 / distance_sq : 0});
+    }
+  }
+}
+
+// The weighted mean around v, and the mean distance from it with the same weights. What is not finite does not count.
+inline RecordCodec::Prediction RecordCodec::predict(const PointArray& array, std::uint32_t component) {
+  near_values_.resize(link_.size());
+  dispatch(array.type, [&]<class T>(T) {
+    const std::byte* first = array.bytes.data() + component * sizeof(T);
+    const std::size_t row_bytes = array.components * sizeof(T);
+    for (std::size_t i = 0; i < link_.size(); ++i) {
+      near_values_[i] = static_cast<double>(load<T>(first + link_[i].vertex * row_bytes));
+    }
+  });
+  double sum = 0, weights = 0, apart = 0;
+  for (std::size_t i = 0; i < link_.size(); ++i) {
+    if (!std::isfinite(near_values_[i])) continue;
+    sum += link_[i].weight * near_values_[i];
+    weights += link_[i].weight;
+  }
+  if (!(weights > 0)) return {0, 0};
+  const double mean = sum / weights;
+  for (std::size_t i = 0; i < link_.size(); ++i) {
+    if (std::isfinite(near_values_[i])) apart += link_[i].weight * std::fabs(near_values_[i] - mean);
+  }
+  return {mean, apart / weights};
+}
+
+template <class Coder>
+void RecordCodec::code_arrays(Coder& coder, Content& content, RecordId r) {
+  const std::size_t row = content.refinement.vertex_of(r).index();
+  missed_.assign(schema_.governing.size(), 0);
+  std::size_t field = 0;
+  for (std::size_t i = 0; i < schema_.arrays.size(); ++i) {
+    PointArray& array = content.arrays[i];
+    const bool governing = field < schema_.governing.size() && schema_.governing[field] == i;
+    double missed = 0;
+    for (std::uint32_t c = 0; c < array.components; ++c) {
+      const auto [predicted, spread] = predict(array, c);
+      const Column& column = schema_.arrays[i][c];
+      std::byte* at = scalar_at(array, column, row, c);
+      store_rank(column.type, code_scalar(coder, column, predicted, spread, load_rank(column.type, at), r), at);
+      if (governing) missed = std::max(missed, std::fabs(array.value(row, c) - predicted));
+    }
+    if (governing) {
+      const auto logarithm = [](double x) { return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(x) >> 48); };
+      missed_[field] = missed > 0 ? std::clamp(logarithm(missed) - logarithm(schema_.scale[field]) + 1280, 1, 2047) : 0;
+      ++field;
+    }
+  }
+}
+
+template <class Coder>
+void RecordCodec::code_errors(Coder& coder, BlockState& state, Content& content, RecordId r) {
+  const std::uint32_t codes = schema_.code_count();
+  for (std::uint32_t i = 0; i < codes; ++i) {
+    ErrorCode16& own = content.own[r.index() * std::size_t{codes} + i];
+    const bool domain = i + 1 == codes;
+    const std::uint32_t place = domain ? (at_boundary_ ? 1 : 0) : (missed_[i] > 0 ? 1 : 0);
+    const bool zero = coder.bit(schema_.own_zero + 4 * i + 2 * place + (state.last_own_zero[i] != 0 ? 1 : 0), own == 0);
+    state.last_own_zero[i] = zero ? 1 : 0;
+    std::int32_t value = 0;
+    if (!zero) {
+      const std::int32_t expected = state.last_own[i];
+      const std::int32_t above = domain ? 0 : missed_[i] - expected;
+      const std::uint32_t relation = static_cast<std::uint32_t>(std::clamp((above + 16 * 16) / 16 - 16 + 4, 0, 7));
+      const std::uint32_t first = schema_.own + (i * Schema::kErrorClasses + relation) * Schema::kErrorContexts;
+      const std::int32_t difference = own - expected;
+      const auto magnitude = static_cast<std::uint32_t>(std::abs(difference));
+      const std::uint32_t length = code_tree(coder, first, 4, static_cast<std::uint32_t>(std::bit_width(magnitude)));
+      value = expected;
+      if (length > 0) {
+        const bool negative = coder.bit(first + 64, difference < 0);
+        const auto coded = static_cast<std::int32_t>(code_mantissa(coder, first + 16, length, magnitude));
+        value += negative ? -coded : coded;
+      }
+      if (value < 1 || value > kMaxErrorCode) fail_record(r, "an error is out of range");
+      state.last_own[i] = value;
+    }
+    own = static_cast<ErrorCode16>(value);
+
+    ErrorCode16& monotone = content.monotone[r.index() * std::size_t{codes} + i];
+    const bool none = coder.bit(
+        schema_.above_zero + 4 * i + 2 * (zero ? 1 : 0) + (state.last_above_zero[i] != 0 ? 1 : 0), monotone == own);
+    state.last_above_zero[i] = none ? 1 : 0;
+    if (!none) {
+      const std::uint32_t more =
+          code_uint(coder, schema_.above + Schema::kUintContexts * i, static_cast<std::uint32_t>(monotone - own) - 1);
+      if (more >= static_cast<std::uint32_t>(kMaxErrorCode - value)) fail_record(r, "an error is out of range");
+      value += static_cast<std::int32_t>(more) + 1;
+    }
+    monotone = static_cast<ErrorCode16>(value);
+  }
+}
+
+} // namespace ptet::file

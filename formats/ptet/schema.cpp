@@ -1,0 +1,73 @@
+#include "formats/ptet/schema.hpp"
+
+#include "ptet/error.hpp"
+
+#include <algorithm>
+
+namespace ptet::file {
+namespace {
+
+constexpr std::uint64_t kMaxContexts = 1U << 22;
+/// Components beyond share their contexts with this one.
+constexpr std::size_t kLastSlot = 3;
+
+} // namespace
+
+Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
+  std::uint64_t count = 0;
+  const auto take = [&](std::uint64_t contexts) {
+    const std::uint64_t first = count;
+    count += contexts;
+    if (count > kMaxContexts) throw Error(ErrorCode::kLimit, "the point arrays have too many components");
+    return static_cast<std::uint32_t>(first);
+  };
+  const auto column = [&](ScalarType type, unsigned decimal_digits) {
+    Column result;
+    result.type = type;
+    result.bits = bits_of(type);
+    result.length_levels = result.bits > 32 ? 7 : 6;
+    if (decimal_digits != 0) result.decimals.emplace(type, decimal_digits);
+    const unsigned bits = result.bits > 32 ? 64 : 32;
+    result.escape = take(1);
+    result.sign = take(1);
+    result.mantissa = take(std::uint64_t{3} * (bits + 1));
+    result.length = take(std::uint64_t{bits / 2 + 1} << result.length_levels);
+    return result;
+  };
+
+  source = take(2 * kUintContexts);
+  index = take(2 * (kUintContexts + 32));
+  fine = take(std::uint64_t{2} * 32);
+  fine_rest = take(kUintContexts);
+  corner = take(std::uint64_t{2} * 4);
+  more_seeds = take(1);
+  growth = take(kGrowthContexts);
+  same = take(std::uint64_t{3} * 4 * 4 * 4);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    position[axis] = column(header.position_type, digits[0][axis]);
+  for (std::size_t a = 0; a < header.arrays.size(); ++a) {
+    const ArrayInfo& info = header.arrays[a];
+    auto& columns = arrays.emplace_back();
+    for (std::size_t c = 0; c < info.components; ++c) {
+      if (c <= kLastSlot) {
+        columns.push_back(column(info.type, digits[a + 1][c]));
+      } else {
+        columns.push_back(columns[kLastSlot]);
+        columns.back().decimals.reset();
+        if (digits[a + 1][c] != 0) columns.back().decimals.emplace(info.type, digits[a + 1][c]);
+      }
+    }
+    if (info.governing) {
+      governing.push_back(static_cast<std::uint32_t>(a));
+      scale.push_back(info.range);
+    }
+  }
+  scale.push_back(header.diagonal);
+  own_zero = take(std::uint64_t{4} * code_count());
+  own = take(std::uint64_t{kErrorClasses} * kErrorContexts * code_count());
+  above_zero = take(std::uint64_t{4} * code_count());
+  above = take(std::uint64_t{kUintContexts} * code_count());
+  context_count_ = static_cast<std::uint32_t>(count);
+}
+
+} // namespace ptet::file

@@ -1,0 +1,529 @@
+#include "formats/ptet/writer.hpp"
+
+#include "formats/ptet/atomic_file.hpp"
+#include "formats/ptet/layout.hpp"
+#include "formats/ptet/ordering.hpp"
+#include "formats/ptet/record_codec.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <unordered_map>
+
+#include <zstd.h>
+
+namespace ptet::file {
+namespace {
+
+constexpr int kZstdLevel = 19;
+
+void report(const ProgressCallback& progress, std::string_view stage, std::uint64_t done, std::uint64_t total) {
+  if (progress && !progress({stage, done, total})) throw Error(ErrorCode::kCancelled, "writing was cancelled");
+}
+
+/// The same for two tets of the same four vertices, and hardly ever for others of one star.
+std::uint64_t key_of(const Tet& tet) {
+  std::uint64_t sum = 0;
+  for (const VertexId v : tet) {
+    std::uint64_t x = v.index() * std::uint64_t{0x9E3779B97F4A7C15} + 0x632BE59BD9B4E019;
+    x = (x ^ x >> 29) * 0xBF58476D1CE4E5B9;
+    sum += x ^ x >> 32;
+  }
+  return sum;
+}
+
+/// Everything about a file to be written, and the steps that find it, in the order of encode().
+class Encoding {
+public:
+  Encoding(const TetMesh& mesh, const RecordStream& records, const ProgressCallback& progress)
+      : mesh_(mesh), records_(records), progress_(progress) {}
+
+  void check_input() const;
+  void order();
+  void describe();
+  void number_errors();
+  void make_base();
+  void find_needs();
+  void choose_seeds_and_train();
+  void code_blocks();
+  [[nodiscard]] std::vector<std::byte> assemble(const Manifest& manifest);
+
+private:
+  [[nodiscard]] Content full_content() const;
+  [[nodiscard]] std::size_t record_count() const { return records_.size(); }
+  [[nodiscard]] std::uint32_t parent_of(VersionId stream_version) const { return consumers_[stream_version.index()]; }
+  void match_base(const Refinement& refinement);
+  void match_fine(const Refinement& refinement, RecordId r, std::size_t record);
+  [[nodiscard]] Seed seed_at(const Refinement& refinement, const BlockInfo& block, std::uint32_t number,
+                             VersionId version, VertexId target) const;
+  void choose_seeds(const BitCounter& coder, const BlockState& state, const Refinement& refinement, RecordId r);
+  template <class CoderOf, class Before>
+  void code_all(Content& content, RecordCodec& codec, CoderOf&& coder_of, Before&& before, std::string_view stage);
+
+  const TetMesh& mesh_;
+  const RecordStream& records_;
+  const ProgressCallback& progress_;
+
+  std::vector<std::uint32_t> consumers_; ///< by stream version
+  FileOrder order_;
+  std::vector<std::uint32_t> file_record_; ///< by stream record
+  std::vector<std::uint32_t> block_of_;    ///< by file record
+  FixedHeader fixed_;
+  std::vector<DecimalDigits> digits_;
+  std::optional<Schema> schema_;
+  PointArray positions_;
+  std::vector<PointArray> arrays_;
+  std::vector<ErrorCode16> own_, monotone_;
+  std::vector<Tet> base_tets_;
+  std::vector<BlockInfo> infos_;
+  std::vector<TableRow> rows_;
+  std::vector<std::uint32_t> stream_of_; ///< stream version of each version of the refinement
+  std::vector<VersionId> version_of_;    ///< and back
+  std::vector<std::uint64_t> seed_begin_;
+  std::vector<Seed> seeds_; ///< in the order of coding
+  std::vector<std::uint32_t> coding_order_;
+  InitialProbabilities initial_;
+  std::vector<std::vector<std::byte>> block_bytes_;
+
+  // Scratch of choose_seeds() and match_fine().
+  std::vector<char> reached_;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> fine_keys_, stream_keys_;
+};
+
+void Encoding::check_input() const {
+  if (mesh_.vertex_count() >= 0x7FFFFFF0 || mesh_.tets.size() >= 0x3FFFFFFF || records_.versions.size() >= 0xFFFFFFFE) {
+    throw Error(ErrorCode::kLimit, "the mesh is too large for a .ptet file");
+  }
+  if (mesh_.point_arrays.size() > kMaxArrays)
+    throw Error(ErrorCode::kLimit, "the mesh has more than 1024 point arrays");
+  if (mesh_.positions.components != 3) throw Error(ErrorCode::kBadInput, "positions must have three components");
+  for (const PointArray& array : mesh_.point_arrays) {
+    if (array.components == 0 || array.components > kMaxComponents) {
+      throw Error(ErrorCode::kLimit, "point array '" + array.name + "' has " + std::to_string(array.components) +
+                                         " components; 1 to 1024 can be stored");
+    }
+    if (array.size() != mesh_.vertex_count()) {
+      throw Error(ErrorCode::kBadInput, "point array '" + array.name + "' does not have one row for each vertex");
+    }
+  }
+}
+
+void Encoding::order() {
+  consumers_ = find_consumers(records_);
+  order_ = order_file(mesh_, records_, consumers_, kDefaultRecordsPerBlock);
+  file_record_.resize(record_count());
+  for (std::uint32_t r = 0; r < record_count(); ++r)
+    file_record_[order_.stream_record[r]] = r;
+  for (std::uint32_t b = 0; b < order_.blocks.size(); ++b)
+    block_of_.insert(block_of_.end(), order_.blocks[b].record_count, b);
+  coding_order_.resize(record_count());
+  for (std::uint32_t r = 0; r < record_count(); ++r)
+    coding_order_[r] = r;
+  std::stable_sort(coding_order_.begin(), coding_order_.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return order_.generation[a] < order_.generation[b]; });
+
+  const auto permute = [&](const PointArray& from) {
+    PointArray to{from.name, from.type, from.components, {}};
+    to.resize(from.size());
+    const std::size_t bytes = from.row_bytes();
+    for (std::size_t row = 0; row < from.size(); ++row) {
+      std::copy_n(from.bytes.data() + order_.mesh_vertex[row].index() * bytes, bytes, to.bytes.data() + row * bytes);
+    }
+    return to;
+  };
+  positions_ = permute(mesh_.positions);
+  for (const PointArray& array : mesh_.point_arrays)
+    arrays_.push_back(permute(array));
+}
+
+void Encoding::describe() {
+  Header& header = fixed_.header;
+  header.base_vertex_count = order_.base_vertex_count;
+  header.record_count = static_cast<std::uint32_t>(record_count());
+  header.tet_count = static_cast<std::uint32_t>(mesh_.tets.size());
+  header.block_count = static_cast<std::uint32_t>(order_.blocks.size());
+  header.position_type = mesh_.positions.type;
+  header.diagonal = records_.diagonal;
+  std::vector<char> used(mesh_.vertex_count());
+  for (const Tet& tet : mesh_.tets) {
+    for (const VertexId v : tet)
+      used[v.index()] = 1;
+  }
+  bool any = false;
+  for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+    if (used[v] == 0) continue;
+    const Point at = mesh_.position(VertexId{v});
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      header.box_min[axis] = any ? std::min(header.box_min[axis], at[axis]) : at[axis];
+      header.box_max[axis] = any ? std::max(header.box_max[axis], at[axis]) : at[axis];
+    }
+    any = true;
+  }
+  const auto digits_of = [](const PointArray& array) {
+    DecimalDigits digits;
+    for (std::uint32_t c = 0; c < array.components; ++c) {
+      digits.push_back(static_cast<std::uint8_t>(find_decimal_digits(array, c)));
+    }
+    return digits;
+  };
+  digits_.push_back(digits_of(positions_));
+  for (const PointArray& array : arrays_) {
+    header.arrays.push_back({array.name, array.type, array.components, false, 0});
+    digits_.push_back(digits_of(array));
+  }
+  for (const GoverningField& field : records_.fields) {
+    header.arrays[field.array].governing = true;
+    header.arrays[field.array].range = field.range;
+  }
+  fixed_.array_count = static_cast<std::uint32_t>(header.arrays.size());
+  fixed_.records_per_block = kDefaultRecordsPerBlock;
+  fixed_.position_digits = digits_.front();
+  schema_.emplace(header, digits_);
+}
+
+// Own errors are coded; the monotone ones gather, from fine to coarse, what depends on a record.
+void Encoding::number_errors() {
+  const std::size_t codes = schema_->code_count();
+  const std::size_t fields = records_.fields.size();
+  own_.resize(record_count() * codes);
+  monotone_.resize(own_.size());
+  // The stream may hold its fields in another order than the arrays.
+  std::vector<std::size_t> field_of(schema_->governing.size());
+  for (std::size_t f = 0; f < fields; ++f) {
+    const auto place = std::find(schema_->governing.begin(), schema_->governing.end(), records_.fields[f].array);
+    field_of[static_cast<std::size_t>(place - schema_->governing.begin())] = f;
+  }
+  const auto code_of = [&](double error, double scale) {
+    if (!(error >= 0) || (error > 0 && !(scale > 0))) {
+      throw Error(ErrorCode::kBadInput, "a record has an error that is negative, not a number or without a scale");
+    }
+    const ErrorCode16 code = error > 0 ? encode_error(error, scale) : ErrorCode16{0};
+    if (decode_error(code, scale) < error) throw Error(ErrorCode::kLimit, "an error is too large for a .ptet file");
+    return code;
+  };
+  for (std::size_t i = 0; i < record_count(); ++i) {
+    const std::size_t row = file_record_[i] * codes;
+    for (std::size_t c = 0; c + 1 < codes; ++c) {
+      own_[row + c] = code_of(records_.field_error[i * fields + field_of[c]], schema_->scale[c]);
+    }
+    own_[row + codes - 1] = code_of(records_.domain_error[i], schema_->scale.back());
+    const std::uint32_t first = records_.coarse_begin[i].index();
+    for (std::size_t c = 0; c < codes; ++c)
+      monotone_[row + c] = std::max(monotone_[row + c], own_[row + c]);
+    for (std::uint32_t t = first; t < first + records_.modified_count[i]; ++t) {
+      if (consumers_[t] == RecordId::kNone) continue;
+      const std::size_t parent = file_record_[consumers_[t]] * codes;
+      for (std::size_t c = 0; c < codes; ++c) {
+        monotone_[parent + c] = std::max(monotone_[parent + c], monotone_[row + c]);
+      }
+    }
+  }
+}
+
+void Encoding::make_base() {
+  for (std::size_t t = 0; t < records_.versions.size(); ++t) {
+    if (consumers_[t] != RecordId::kNone) continue;
+    Tet tet = records_.versions[t];
+    if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
+    for (VertexId& v : tet)
+      v = order_.file_vertex[v.index()];
+    // An even permutation brings the least vertex to the front.
+    const auto least = static_cast<std::size_t>(std::min_element(tet.begin(), tet.end()) - tet.begin());
+    base_tets_.push_back({tet[least], tet[least ^ 1U], tet[least ^ 2U], tet[least ^ 3U]});
+  }
+  std::sort(base_tets_.begin(), base_tets_.end());
+  fixed_.header.base_tet_count = static_cast<std::uint32_t>(base_tets_.size());
+}
+
+void Encoding::find_needs() {
+  infos_.resize(order_.blocks.size());
+  rows_.resize(order_.blocks.size());
+  const std::size_t codes = schema_->code_count();
+  for (std::uint32_t b = 0; b < infos_.size(); ++b) {
+    BlockInfo& info = infos_[b];
+    info.first_record = order_.blocks[b].first_record;
+    info.record_count = order_.blocks[b].record_count;
+    info.box_min.fill(std::numeric_limits<double>::infinity());
+    info.box_max.fill(-std::numeric_limits<double>::infinity());
+    info.max_error.resize(codes);
+    for (std::uint32_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
+      const std::uint32_t record = order_.stream_record[r];
+      const std::uint32_t first = records_.coarse_begin[record].index();
+      for (std::uint32_t t = first; t < first + records_.modified_count[record]; ++t) {
+        if (consumers_[t] == RecordId::kNone) continue;
+        const std::uint32_t home = block_of_[file_record_[consumers_[t]]];
+        if (home != b) info.needs.push_back(home);
+      }
+      rows_[b].version_count += static_cast<std::uint32_t>(records_.consumed(record).size());
+      for (std::size_t c = 0; c < codes; ++c)
+        info.max_error[c] = std::max(info.max_error[c], monotone_[r * codes + c]);
+    }
+    std::sort(info.needs.begin(), info.needs.end());
+    info.needs.erase(std::unique(info.needs.begin(), info.needs.end()), info.needs.end());
+    fixed_.version_count += rows_[b].version_count;
+  }
+}
+
+Content Encoding::full_content() const {
+  return {Refinement(base_tets_, order_.base_vertex_count, static_cast<std::uint32_t>(record_count())),
+          positions_,
+          arrays_,
+          schema_->code_count(),
+          own_,
+          monotone_,
+          order_.generation,
+          std::vector<char>(infos_.size())};
+}
+
+void Encoding::match_base(const Refinement& refinement) {
+  std::unordered_map<std::uint64_t, std::uint32_t> by_key;
+  for (std::uint32_t t = 0; t < records_.versions.size(); ++t) {
+    if (consumers_[t] != RecordId::kNone) continue;
+    Tet tet = records_.versions[t];
+    for (VertexId& v : tet)
+      v = v == kDummyVertex ? v : order_.file_vertex[v.index()];
+    by_key.emplace(key_of(tet), t);
+  }
+  version_of_.assign(records_.versions.size(), VersionId{});
+  stream_of_.assign(records_.versions.size(), VersionId::kNone);
+  for (std::uint32_t t = 0; t < refinement.base_version_count(); ++t) {
+    const auto found = by_key.find(key_of(refinement.vertices(VersionId{t})));
+    if (found == by_key.end()) throw Error(ErrorCode::kBadInput, "the records do not lead to a closed base mesh");
+    stream_of_[t] = found->second;
+    version_of_[found->second] = VersionId{t};
+  }
+}
+
+void Encoding::match_fine(const Refinement& refinement, RecordId r, std::size_t record) {
+  fine_keys_.clear();
+  stream_keys_.clear();
+  const std::uint32_t first = refinement.first_fine(r).index();
+  for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) {
+    fine_keys_.emplace_back(key_of(refinement.vertices(VersionId{t})), t);
+  }
+  for (const VersionId t : records_.consumed(record)) {
+    Tet tet = records_.versions[t.index()];
+    for (VertexId& v : tet)
+      v = v == kDummyVertex ? v : order_.file_vertex[v.index()];
+    stream_keys_.emplace_back(key_of(tet), t.index());
+  }
+  std::sort(fine_keys_.begin(), fine_keys_.end());
+  std::sort(stream_keys_.begin(), stream_keys_.end());
+  const auto same_key = [](const auto& a, const auto& b) { return a.first == b.first; };
+  if (!std::equal(fine_keys_.begin(), fine_keys_.end(), stream_keys_.begin(), stream_keys_.end(), same_key)) {
+    throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " cannot be undone by a vertex split");
+  }
+  for (std::size_t i = 0; i < fine_keys_.size(); ++i) {
+    stream_of_[fine_keys_[i].second] = stream_keys_[i].second;
+    version_of_[stream_keys_[i].second] = VersionId{fine_keys_[i].second};
+  }
+}
+
+Seed Encoding::seed_at(const Refinement& refinement, const BlockInfo& block, std::uint32_t number, VersionId version,
+                       VertexId target) const {
+  const Tet& tet = refinement.vertices(version);
+  Seed seed;
+  seed.corner = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), target) - tet.begin());
+  const RecordId parent = refinement.consumer(version);
+  if (parent.is_none()) {
+    seed.source = static_cast<std::uint32_t>(block.needs.size()) + 1;
+    seed.index = version.index();
+    return seed;
+  }
+  const std::uint32_t home = block_of_[parent.index()];
+  if (home != number) {
+    const auto place = std::lower_bound(block.needs.begin(), block.needs.end(), home);
+    seed.source = static_cast<std::uint32_t>(place - block.needs.begin()) + 1;
+  }
+  seed.index = parent.index() - infos_[home].first_record;
+  seed.fine = version.index() - refinement.first_fine(parent).index();
+  return seed;
+}
+
+// Any version of the region will do as seed, so the cheapest is taken; where the region hangs together only through
+// places that are no manifold, one more for each part.
+void Encoding::choose_seeds(const BitCounter& coder, const BlockState& state, const Refinement& refinement,
+                            RecordId r) {
+  const std::uint32_t record = order_.stream_record[r.index()];
+  const std::uint32_t first = records_.coarse_begin[record].index();
+  const std::uint32_t count = records_.modified_count[record];
+  const VertexId target = order_.file_vertex[records_.target[record].index()];
+  const BlockInfo& block = infos_[state.block];
+  reached_.assign(count, 0);
+  for (std::uint32_t left = count; left > 0;) {
+    std::uint64_t best_cost = std::numeric_limits<std::uint64_t>::max();
+    std::uint32_t best = 0;
+    Seed best_seed;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (reached_[i] != 0) continue;
+      const VersionId version = version_of_[first + i];
+      if (version.is_none())
+        throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
+      Seed seed = seed_at(refinement, block, state.block, version, target);
+      BitMeter meter(coder.contexts());
+      std::uint32_t rank = 0;
+      const Seed tried = seed;
+      code_seed(meter, *schema_, state, block, refinement, infos_, seed, rank, r);
+      if (meter.cost() < best_cost) {
+        best_cost = meter.cost();
+        best = i;
+        best_seed = tried;
+      }
+    }
+    seeds_.push_back(best_seed);
+    std::vector<std::uint32_t> front{best};
+    reached_[best] = 1;
+    while (!front.empty()) {
+      const VersionId version = version_of_[first + front.back()];
+      front.pop_back();
+      --left;
+      for (std::uint32_t corner = 0; corner < 4; ++corner) {
+        const VersionId behind = refinement.neighbour(version, corner);
+        if (refinement.vertices(version)[corner] == target || behind.is_none()) continue;
+        const std::uint32_t next = stream_of_[behind.index()] - first;
+        if (next >= count || reached_[next] != 0) continue;
+        reached_[next] = 1;
+        front.push_back(next);
+      }
+    }
+  }
+}
+
+template <class CoderOf, class Before>
+void Encoding::code_all(Content& content, RecordCodec& codec, CoderOf&& coder_of, Before&& before,
+                        std::string_view stage) {
+  std::vector<BlockState> states;
+  for (std::uint32_t b = 0; b < infos_.size(); ++b) {
+    states.emplace_back(b, infos_[b].needs.size(), schema_->code_count());
+  }
+  for (std::size_t done = 0; done < coding_order_.size(); ++done) {
+    if (done % 4096 == 0) report(progress_, stage, done, coding_order_.size());
+    const RecordId r{coding_order_[done]};
+    BlockState& state = states[block_of_[r.index()]];
+    before(state, r, done);
+    const std::uint32_t record = order_.stream_record[r.index()];
+    const std::uint32_t first = records_.coarse_begin[record].index();
+    const std::uint32_t count = records_.modified_count[record];
+    const auto in_region = [&](VersionId behind) { return stream_of_[behind.index()] - first < count; };
+    const std::span<const Seed> seeds(seeds_.data() + seed_begin_[done], seeds_.data() + seed_begin_[done + 1]);
+    codec.code(coder_of(state.block), state, content, r, RecordKnown<decltype(in_region)>{seeds, in_region});
+    if (version_of_[records_.consumed(record).front().index()].is_none()) match_fine(content.refinement, r, record);
+    codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
+  }
+}
+
+void Encoding::choose_seeds_and_train() {
+  Content content = full_content();
+  match_base(content.refinement);
+  RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
+  BitCounter counter(schema_->context_count());
+  seed_begin_.assign(1, 0);
+  code_all(
+      content, codec, [&](std::uint32_t) -> BitCounter& { return counter; },
+      [&](const BlockState& state, RecordId r, std::size_t) {
+        choose_seeds(counter, state, content.refinement, r);
+        seed_begin_.push_back(seeds_.size());
+      },
+      "ordering records");
+  initial_ = counter.trained();
+}
+
+void Encoding::code_blocks() {
+  Content content = full_content();
+  RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
+  std::vector<RangeEncoder> encoders(infos_.size(), RangeEncoder(initial_));
+  code_all(
+      content, codec, [&](std::uint32_t block) -> RangeEncoder& { return encoders[block]; },
+      [](const BlockState&, RecordId, std::size_t) {}, "writing records");
+  for (std::size_t b = 0; b < infos_.size(); ++b) {
+    ByteWriter out;
+    const std::span generations(order_.generation);
+    put_runs(out, generations.subspan(infos_[b].first_record, infos_[b].record_count));
+    out.put_bytes(encoders[b].finish());
+    const std::uint64_t least = std::max(
+        (rows_[b].version_count + kMaxVersionsPerByte - 1) / kMaxVersionsPerByte,
+        static_cast<std::uint32_t>((infos_[b].record_count * vertex_bytes(fixed_.header) + kMaxValueBytesPerByte - 1) /
+                                   kMaxValueBytesPerByte));
+    while (out.size() < least)
+      out.put(std::uint8_t{0});
+    block_bytes_.push_back(out.take());
+  }
+}
+
+std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
+  ByteWriter file;
+  put_header(file, fixed_);
+  std::vector<Section> sections;
+  const auto add = [&](SectionKind kind, const std::vector<std::byte>& raw) {
+    std::vector<std::byte> stored(ZSTD_compressBound(raw.size()));
+    const std::size_t size = ZSTD_compress(stored.data(), stored.size(), raw.data(), raw.size(), kZstdLevel);
+    if (ZSTD_isError(size) != 0) throw Error(ErrorCode::kLimit, "compression failed: out of memory");
+    stored.resize(size);
+    if (size >= raw.size() || raw.size() / kMaxExpansion >= size) stored = raw;
+    sections.push_back(
+        {static_cast<std::uint32_t>(kind), kMandatory, file.size(), stored.size(), raw.size(), hash_of(stored)});
+    file.put_bytes(stored);
+  };
+  ByteWriter arrays, base, table, manifest_bytes;
+  put_arrays(arrays, fixed_.header, digits_);
+  add(SectionKind::kArrays, arrays.bytes());
+  const auto model = std::as_bytes(std::span(initial_));
+  add(SectionKind::kModel, {model.begin(), model.end()});
+  put_base(base, positions_, arrays_, fixed_.header.base_vertex_count, base_tets_);
+  add(SectionKind::kBase, base.bytes());
+
+  const std::uint64_t blocks_offset = file.size();
+  for (std::size_t b = 0; b < infos_.size(); ++b) {
+    infos_[b].offset = file.size();
+    infos_[b].stored_bytes = block_bytes_[b].size();
+    rows_[b].info = infos_[b];
+    rows_[b].hash = hash_of(block_bytes_[b]);
+    file.put_bytes(block_bytes_[b]);
+  }
+  const std::uint64_t blocks_bytes = file.size() - blocks_offset;
+  sections.push_back(
+      {static_cast<std::uint32_t>(SectionKind::kBlocks), kMandatory, blocks_offset, blocks_bytes, blocks_bytes, 0});
+  put_manifest(manifest_bytes, manifest);
+  add(SectionKind::kManifest, manifest_bytes.bytes());
+  put_table(table, rows_);
+  add(SectionKind::kTable, table.bytes());
+
+  const std::uint64_t directory_offset = file.size();
+  put_directory(file, sections);
+  const std::uint64_t directory_hash = hash_of(std::span(file.bytes()).subspan(directory_offset));
+  put_footer(file, {directory_offset, static_cast<std::uint32_t>(sections.size()), directory_hash,
+                    file.size() + kFooterBytes});
+  return file.take();
+}
+
+} // namespace
+
+std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+                              const ProgressCallback& progress) {
+  Encoding encoding(mesh, records, progress);
+  encoding.check_input();
+  encoding.order();
+  encoding.describe();
+  encoding.number_errors();
+  encoding.make_base();
+  encoding.find_needs();
+  encoding.choose_seeds_and_train();
+  encoding.code_blocks();
+  return encoding.assemble(manifest);
+}
+
+std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+                    const ProgressCallback& progress) {
+  // The file is made first: that it cannot be written should not be learnt at the end of a long encoding.
+  AtomicFile file(path);
+  const auto bytes = encode(mesh, records, manifest, progress);
+  constexpr std::size_t kPart = std::size_t{1} << 22;
+  for (std::size_t begin = 0; begin < bytes.size(); begin += kPart) {
+    report(progress, "writing the file", begin, bytes.size());
+    file.write(std::span(bytes).subspan(begin, std::min(kPart, bytes.size() - begin)));
+  }
+  report(progress, "writing the file", bytes.size(), bytes.size());
+  file.commit();
+  return bytes.size();
+}
+
+} // namespace ptet::file

@@ -1,0 +1,24 @@
+// The .ptet writer: orders the records from coarse to fine, codes them in blocks and writes the file whole or not.
+#pragma once
+
+#include "formats/ptet/manifest.hpp"
+#include "ptet/mesh.hpp"
+#include "ptet/progress.hpp"
+#include "record/stream.hpp"
+
+#include <string>
+
+namespace ptet::file {
+
+/// Writes `mesh` (full resolution, in the numbering of `records`) with its records to `path`, through a temporary file
+/// in the same folder, synced and renamed. Returns the size of the file in bytes.
+/// Unused vertices are kept as base vertices without tets.
+/// Throws Error: kIo (message names the path and the system's reason), kLimit, kCancelled. Nothing is left behind.
+std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+                    const ProgressCallback& progress = {});
+
+/// The same bytes, in memory.
+[[nodiscard]] std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+                                            const ProgressCallback& progress = {});
+
+} // namespace ptet::file

@@ -1,0 +1,194 @@
+#include "formats/surface/write.hpp"
+
+#include "formats/whole_file.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <numeric>
+#include <tuple>
+#include <vector>
+
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/System/omstream.hh>
+
+namespace ptet {
+namespace {
+
+/// With 32-bit positions: OpenMesh's writers read nothing wider, whatever the mesh holds.
+using Surface = OpenMesh::TriMesh_ArrayKernelT<>;
+using Faces = std::span<const std::array<VertexId, 3>>;
+
+/// Corner 3 f + k is vertex k of face f.
+using Corner = std::size_t;
+
+/// Sets of corners that are one vertex of the surface (union-find with path halving).
+class CornerSets {
+public:
+  explicit CornerSets(std::size_t corners) : parent_(corners) { std::iota(parent_.begin(), parent_.end(), Corner{0}); }
+
+  Corner root(Corner corner) {
+    while (parent_[corner] != corner)
+      corner = parent_[corner] = parent_[parent_[corner]];
+    return corner;
+  }
+  /// The least corner of a set is its root: the result does not depend on the order of the calls.
+  void join(Corner a, Corner b) {
+    a = root(a);
+    b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+private:
+  std::vector<Corner> parent_;
+};
+
+void check(const std::string& path, const TetMesh& mesh, Faces faces) {
+  const auto fail = [&](std::size_t face, const char* what) {
+    throw Error(ErrorCode::kBadInput, path + ": cannot write: face " + std::to_string(face) + what);
+  };
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto& [a, b, c] = faces[f];
+    if (std::max({a, b, c}).index() >= mesh.vertex_count()) fail(f, " names a vertex that is not there");
+    if (a == b || b == c || c == a) fail(f, " names a vertex twice");
+    for (const VertexId v : faces[f]) {
+      const Point p = mesh.position(v);
+      if (std::any_of(p.begin(), p.end(), [](double x) { return std::abs(x) > std::numeric_limits<float>::max(); }))
+        fail(f, " has a vertex beyond the range of 32-bit floats");
+    }
+  }
+}
+
+/// Faces are joined across edges of exactly two faces that run through it in opposite directions.
+CornerSets join_fans(Faces faces) {
+  struct Side {
+    VertexId low, high;
+    std::size_t face;
+    int corner; ///< where the edge starts in the face
+    bool forward;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * faces.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const VertexId from = faces[f][static_cast<std::size_t>(k)];
+      const VertexId to = faces[f][static_cast<std::size_t>((k + 1) % 3)];
+      sides.push_back({std::min(from, to), std::max(from, to), f, k, from < to});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.face, a.corner) < std::tie(b.low, b.high, b.face, b.corner);
+  });
+
+  CornerSets sets(3 * faces.size());
+  const auto start = [](const Side& side) { return 3 * side.face + static_cast<std::size_t>(side.corner); };
+  const auto end = [](const Side& side) { return 3 * side.face + static_cast<std::size_t>((side.corner + 1) % 3); };
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t next = i + 1;
+    while (next < sides.size() && sides[next].low == sides[i].low && sides[next].high == sides[i].high)
+      ++next;
+    if (next == i + 2 && sides[i].forward != sides[i + 1].forward) {
+      sets.join(start(sides[i]), end(sides[i + 1]));
+      sets.join(end(sides[i]), start(sides[i + 1]));
+    }
+    i = next;
+  }
+  return sets;
+}
+
+/// OpenMesh's streams, which write to the console, switched off while this lives.
+class Silence {
+public:
+  Silence() {
+    for (std::size_t i = 0; i < streams_.size(); ++i) {
+      was_enabled_[i] = streams_[i]->is_enabled();
+      streams_[i]->disable();
+    }
+  }
+  ~Silence() {
+    for (std::size_t i = 0; i < streams_.size(); ++i) {
+      if (was_enabled_[i]) streams_[i]->enable();
+    }
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+private:
+  std::array<OpenMesh::mostream*, 3> streams_{&omlog(), &omout(), &omerr()};
+  std::array<bool, 3> was_enabled_{};
+};
+
+/// OpenMesh prints when it refuses a face, so it is not asked in vain.
+bool takes_face(const Surface& surface, const std::array<Surface::VertexHandle, 3>& corners) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!surface.is_boundary(corners[k])) return false;
+    const auto halfedge = surface.find_halfedge(corners[k], corners[(k + 1) % 3]);
+    if (halfedge.is_valid() && !surface.is_boundary(halfedge)) return false;
+  }
+  return true;
+}
+
+Surface surface_of(const TetMesh& mesh, Faces faces) {
+  CornerSets sets = join_fans(faces);
+  const auto vertex_of = [&](Corner corner) { return faces[corner / 3][corner % 3]; };
+  std::vector<Corner> roots;
+  for (Corner corner = 0; corner < 3 * faces.size(); ++corner) {
+    if (sets.root(corner) == corner) roots.push_back(corner);
+  }
+  std::stable_sort(roots.begin(), roots.end(), [&](Corner a, Corner b) { return vertex_of(a) < vertex_of(b); });
+
+  Surface surface;
+  surface.reserve(roots.size(), 3 * faces.size() / 2, faces.size());
+  const auto add_vertex = [&](Corner corner) {
+    const Point p = mesh.position(vertex_of(corner));
+    return surface.add_vertex({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  };
+  std::vector<Surface::VertexHandle> handle_of_root(3 * faces.size());
+  for (const Corner root : roots)
+    handle_of_root[root] = add_vertex(root);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    std::array<Surface::VertexHandle, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[k] = handle_of_root[sets.root(3 * f + k)];
+    // Fans at the two ends of a non-manifold edge may each be one although the edge is complex; a face that OpenMesh
+    // cannot hang in there stands alone.
+    if (!takes_face(surface, corners)) {
+      for (std::size_t k = 0; k < 3; ++k)
+        corners[k] = add_vertex(3 * f + k);
+    }
+    surface.add_face(corners[0], corners[1], corners[2]);
+  }
+  return surface;
+}
+
+} // namespace
+
+void write_surface(const std::string& path, const TetMesh& mesh, Faces faces) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending != ".obj" && ending != ".ply" && ending != ".stl" && ending != ".off")
+    throw Error(ErrorCode::kBadArgument, path + ": cannot write: a surface is written as .obj, .ply, .stl or .off");
+  check(path, mesh, faces);
+  const Surface surface = surface_of(mesh, faces);
+
+  WholeFile file(path);
+  std::ofstream stream(file.temporary_path(), std::ios::binary);
+  const bool binary = ending == ".ply" || ending == ".stl";
+  const auto options = binary ? OpenMesh::IO::Options::Binary : OpenMesh::IO::Options::Default;
+  const Silence silence;
+  errno = 0;
+  const bool written =
+      OpenMesh::IO::write_mesh(surface, stream, ending, options, std::numeric_limits<float>::max_digits10);
+  stream.flush();
+  const bool flushed = stream.good();
+  const int error_number = errno;
+  stream.close();
+  if (!flushed || stream.fail()) file.fail(error_number != 0 ? error_number : EIO);
+  if (!written) file.fail("OpenMesh refused");
+  file.commit();
+}
+
+} // namespace ptet

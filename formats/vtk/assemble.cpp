@@ -1,0 +1,267 @@
+#include "formats/vtk/assemble.hpp"
+
+#include "formats/vtk/scalar_types.hpp"
+#include "formats/vtk/split_cell.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <vtkCell.h>
+#include <vtkCellArray.h>
+#include <vtkCellTypes.h>
+#include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkGenericCell.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
+
+namespace ptet::vtkio {
+namespace {
+
+/// Vertex and tet ids stay below the dummy vertex.
+constexpr std::uint64_t kMaxRows = kDummyVertex.index();
+constexpr std::size_t kMaxCellPoints = 10;
+/// Cells that stand for another piece's, for finer ones, or for nothing.
+constexpr unsigned char kGhostCell =
+    vtkDataSetAttributes::DUPLICATECELL | vtkDataSetAttributes::REFINEDCELL | vtkDataSetAttributes::HIDDENCELL;
+
+std::string kind_name(int type, bool plural) {
+  switch (type) {
+  case VTK_EMPTY_CELL: return plural ? "empty cells" : "empty cell";
+  case VTK_VERTEX: return plural ? "vertices" : "vertex";
+  case VTK_LINE: return plural ? "lines" : "line";
+  case VTK_TRIANGLE: return plural ? "triangles" : "triangle";
+  case VTK_QUAD: return plural ? "quadrilaterals" : "quadrilateral";
+  case VTK_TETRA: return plural ? "tetrahedra" : "tetrahedron";
+  case VTK_PYRAMID: return plural ? "pyramids" : "pyramid";
+  case VTK_WEDGE: return plural ? "wedges" : "wedge";
+  case VTK_VOXEL: return plural ? "voxels" : "voxel";
+  case VTK_HEXAHEDRON: return plural ? "hexahedra" : "hexahedron";
+  case VTK_QUADRATIC_TETRA: return plural ? "quadratic tetrahedra" : "quadratic tetrahedron";
+  default: break;
+  }
+  const std::string class_name = vtkCellTypes::GetClassNameFromTypeId(type);
+  const std::string known = class_name == "UnknownClass" ? "unknown type " + std::to_string(type) : class_name;
+  return (plural ? "cells of " : "cell of ") + known;
+}
+
+std::string counted(std::uint64_t count, int type) {
+  return grouped(count) + " " + kind_name(type, count != 1);
+}
+
+/// For each type 0 to 3; 3 for types that this VTK does not know.
+std::array<int, 256> dimensions_of_types() {
+  std::array<int, 256> dimensions;
+  for (int type = 0; type < 256; ++type) {
+    vtkSmartPointer<vtkCell> cell;
+    cell.TakeReference(vtkGenericCell::InstantiateCell(type));
+    dimensions[static_cast<std::size_t>(type)] = cell ? cell->GetCellDimension() : 3;
+  }
+  dimensions[VTK_EMPTY_CELL] = 0;
+  return dimensions;
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  }
+  return text;
+}
+
+} // namespace
+
+std::string grouped(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  for (std::size_t i = text.size(); i > 3; i -= 3)
+    text.insert(i - 3, ",");
+  return text;
+}
+
+std::string unique_name(const std::string& wanted, std::size_t index, std::set<std::string>& taken) {
+  const std::string stem = wanted.empty() ? "array_" + std::to_string(index) : wanted;
+  std::string name = stem;
+  for (int i = 2; !taken.insert(name).second; ++i)
+    name = stem + "_" + std::to_string(i);
+  return name;
+}
+
+void Assembler::fail(const std::string& reason) const {
+  throw Error(ErrorCode::kBadInput, path_ + ": " + reason);
+}
+
+void Assembler::note_once(const std::string& note) {
+  std::vector<std::string>& notes = report_.notes;
+  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+}
+
+void Assembler::add_array(PointArray& to, vtkDataArray& from, std::uint64_t points) {
+  if (static_cast<std::uint64_t>(from.GetNumberOfTuples()) != points)
+    fail("point array '" + to.name + "' has " + grouped(static_cast<std::uint64_t>(from.GetNumberOfTuples())) +
+         " rows for " + grouped(points) + " points");
+  vtkSmartPointer<vtkDataArray> plain = &from;
+  if (!from.HasStandardMemoryLayout()) {
+    plain.TakeReference(vtkDataArray::CreateDataArray(from.GetDataType()));
+    plain->DeepCopy(&from);
+  }
+  if (points == 0) return;
+  const auto* bytes = static_cast<const std::byte*>(plain->GetVoidPointer(0));
+  to.bytes.insert(to.bytes.end(), bytes, bytes + points * to.row_bytes());
+}
+
+void Assembler::check_same_arrays(const std::vector<std::pair<std::string, vtkDataArray*>>& arrays) const {
+  for (const PointArray& expected : mesh_.point_arrays) {
+    const auto found =
+        std::find_if(arrays.begin(), arrays.end(), [&](const auto& array) { return array.first == expected.name; });
+    if (found == arrays.end()) fail("point array '" + expected.name + "' is not in every piece");
+    if (scalar_type(found->second->GetDataType()) != expected.type ||
+        static_cast<std::uint32_t>(found->second->GetNumberOfComponents()) != expected.components)
+      fail("point array '" + expected.name + "' is not of the same type in every piece");
+  }
+  for (const auto& [name, array] : arrays) {
+    if (!mesh_.find(name)) fail("point array '" + name + "' is not in every piece");
+  }
+}
+
+void Assembler::add_points(vtkUnstructuredGrid& grid) {
+  vtkDataArray* positions = grid.GetPoints() ? grid.GetPoints()->GetData() : nullptr;
+  first_point_ = mesh_.vertex_count();
+  point_count_ = positions ? static_cast<std::uint64_t>(positions->GetNumberOfTuples()) : 0;
+  if (point_count_ == 0) return;
+  if (first_point_ + point_count_ > kMaxRows)
+    throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " points");
+  if (positions->GetNumberOfComponents() != 3) fail("points do not have three coordinates");
+
+  // Names first, so that every piece names its arrays alike.
+  std::vector<std::pair<std::string, vtkDataArray*>> arrays;
+  std::set<std::string> taken;
+  vtkPointData& data = *grid.GetPointData();
+  for (int i = 0; i < data.GetNumberOfArrays(); ++i) {
+    vtkAbstractArray& any = *data.GetAbstractArray(i);
+    const std::string given = any.GetName() ? any.GetName() : "";
+    if (given == vtkDataSetAttributes::GhostArrayName()) continue;
+    vtkDataArray* array = vtkDataArray::SafeDownCast(&any);
+    if (!array || !scalar_type(array->GetDataType()) || array->GetNumberOfComponents() < 1) {
+      note_once("point array '" + given + "' is not numeric (" + any.GetDataTypeAsString() + ") and is not carried");
+      continue;
+    }
+    const std::string name = unique_name(given, arrays.size(), taken);
+    if (name != given) note_once("a point array without a name of its own is called '" + name + "'");
+    arrays.emplace_back(name, array);
+  }
+
+  const std::optional<ScalarType> position_type = scalar_type(positions->GetDataType());
+  if (!position_type) fail("point coordinates are not numeric");
+  if (!has_points_) {
+    has_points_ = true;
+    mesh_.positions.type = *position_type;
+    for (const auto& [name, array] : arrays) {
+      mesh_.point_arrays.push_back(
+          {name, *scalar_type(array->GetDataType()), static_cast<std::uint32_t>(array->GetNumberOfComponents()), {}});
+    }
+  }
+  if (mesh_.positions.type != *position_type) fail("point coordinates are not of the same type in every piece");
+  check_same_arrays(arrays);
+
+  add_array(mesh_.positions, *positions, point_count_);
+  for (const auto& [name, array] : arrays) {
+    const auto to = std::find_if(mesh_.point_arrays.begin(), mesh_.point_arrays.end(),
+                                 [&, &wanted = name](const PointArray& known) { return known.name == wanted; });
+    add_array(*to, *array, point_count_);
+  }
+}
+
+template <class Index>
+void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
+                          std::uint64_t id_count) {
+  const std::uint64_t cells = offset_count - 1;
+  vtkUnsignedCharArray* type_array = grid.GetCellTypesArray();
+  if (!type_array || static_cast<std::uint64_t>(type_array->GetNumberOfValues()) != cells)
+    fail("the numbers of cells and of cell types differ");
+  const unsigned char* types = type_array->GetPointer(0);
+  vtkUnsignedCharArray* ghost_array = grid.GetCellGhostArray();
+  if (ghost_array && static_cast<std::uint64_t>(ghost_array->GetNumberOfValues()) != cells)
+    fail("the numbers of cells and of their ghost flags differ");
+  const unsigned char* ghosts = ghost_array ? ghost_array->GetPointer(0) : nullptr;
+
+  static const std::array<int, 256> kDimensions = dimensions_of_types();
+  mesh_.tets.reserve(mesh_.tets.size() + cells);
+  std::array<VertexId, kMaxCellPoints> points;
+  for (std::uint64_t i = 0; i < cells; ++i) {
+    const std::uint64_t cell = cell_count_ + i;
+    if (ghosts && (ghosts[i] & kGhostCell)) {
+      ++ghost_cells_;
+      continue;
+    }
+    const int type = types[i];
+    const std::size_t size = splittable_size(type);
+    if (size == 0) {
+      Kind& kind = (kDimensions[types[i]] < 3 ? flat_cells_ : refused_cells_)[type];
+      if (kind.count++ == 0) kind.first_cell = cell;
+      continue;
+    }
+    if (offsets[i] < 0 || offsets[i + 1] < offsets[i] || static_cast<std::uint64_t>(offsets[i + 1]) > id_count)
+      fail("cell " + std::to_string(cell) + " lies outside the table of cells");
+    const auto given = static_cast<std::uint64_t>(offsets[i + 1] - offsets[i]);
+    if (given != size)
+      fail("cell " + std::to_string(cell) + ", a " + kind_name(type, false) + ", has " + std::to_string(given) +
+           " points");
+    for (std::size_t k = 0; k < size; ++k) {
+      const Index id = ids[static_cast<std::uint64_t>(offsets[i]) + k];
+      if (id < 0 || static_cast<std::uint64_t>(id) >= point_count_)
+        fail("cell " + std::to_string(cell) + " uses point " + std::to_string(id) + ", and there are " +
+             grouped(point_count_) + " points");
+      points[k] = VertexId(static_cast<std::uint32_t>(first_point_ + static_cast<std::uint64_t>(id)));
+    }
+    ++volume_cells_[type].count;
+    split_cell(type, {points.data(), size}, mesh_, mesh_.tets);
+  }
+  cell_count_ += cells;
+  if (mesh_.tets.size() > kMaxRows)
+    throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " tetrahedra");
+}
+
+void Assembler::add_cells(vtkUnstructuredGrid& grid) {
+  vtkCellArray* cells = grid.GetCells();
+  if (!cells) return;
+  const auto add = [&](auto* offsets, auto* ids) {
+    if (offsets->GetNumberOfValues() == 0) return;
+    add_cells(grid, offsets->GetPointer(0), static_cast<std::uint64_t>(offsets->GetNumberOfValues()),
+              ids->GetPointer(0), static_cast<std::uint64_t>(ids->GetNumberOfValues()));
+  };
+  if (cells->IsStorage64Bit())
+    add(cells->GetOffsetsArray64(), cells->GetConnectivityArray64());
+  else
+    add(cells->GetOffsetsArray32(), cells->GetConnectivityArray32());
+}
+
+TetMesh Assembler::finish() {
+  std::vector<std::string> parts;
+  for (const auto& [type, kind] : refused_cells_)
+    parts.push_back(counted(kind.count, type) + " (first: cell " + std::to_string(kind.first_cell) + ")");
+  if (!parts.empty()) fail("holds " + joined(parts) + ", which ptet cannot split into tetrahedra");
+
+  for (const auto& [type, kind] : flat_cells_)
+    parts.push_back(counted(kind.count, type));
+  if (volume_cells_.empty()) {
+    if (ghost_cells_ != 0) parts.push_back(grouped(ghost_cells_) + " ghost cells");
+    fail("holds " + (parts.empty() ? "no cells" : joined(parts) + " and no volume cells") + ": ptet needs tetrahedra");
+  }
+  if (!parts.empty()) report_.notes.push_back("skipped " + joined(parts));
+  if (ghost_cells_ != 0)
+    report_.notes.push_back("skipped " + grouped(ghost_cells_) + (ghost_cells_ == 1 ? " ghost cell" : " ghost cells") +
+                            " (vtkGhostType); points are kept");
+
+  parts.clear();
+  for (const auto& [type, kind] : volume_cells_) {
+    if (type != VTK_TETRA) parts.push_back(counted(kind.count, type));
+  }
+  if (!parts.empty()) report_.notes.push_back("split " + joined(parts) + " into tetrahedra");
+  return std::move(mesh_);
+}
+
+} // namespace ptet::vtkio

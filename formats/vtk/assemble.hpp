@@ -1,0 +1,62 @@
+// From VTK's grids, one after the other, to one TetMesh. Nothing in a grid is trusted: counts, offsets, point ids and
+// array lengths are checked here, because VTK's readers do not.
+#pragma once
+
+#include "formats/vtk/read.hpp"
+
+#include <cstdint>
+#include <map>
+#include <set>
+
+class vtkDataArray;
+class vtkUnstructuredGrid;
+
+namespace ptet::vtkio {
+
+/// "1,234,567"
+[[nodiscard]] std::string grouped(std::uint64_t number);
+
+/// `wanted`, or if it is empty or in `taken` a name made from it that is not. Adds the result to `taken`.
+std::string unique_name(const std::string& wanted, std::size_t index, std::set<std::string>& taken);
+
+class Assembler {
+public:
+  /// `path` begins every error message. `report` gets the notes.
+  Assembler(std::string path, ReadReport& report) : path_(std::move(path)), report_(report) {}
+
+  /// Appends the points and point arrays of a grid. Every grid must have the arrays of the first.
+  void add_points(vtkUnstructuredGrid& grid);
+  /// Appends the cells of a grid, whose ids are rows of the points that were added last.
+  void add_cells(vtkUnstructuredGrid& grid);
+  /// The mesh. Throws Error(kBadInput) when there were cells that cannot be split, or no volume cells.
+  [[nodiscard]] TetMesh finish();
+
+  [[noreturn]] void fail(const std::string& reason) const;
+
+private:
+  struct Kind {
+    std::uint64_t count = 0;
+    std::uint64_t first_cell = 0;
+  };
+
+  void add_array(PointArray& to, vtkDataArray& from, std::uint64_t points);
+  void check_same_arrays(const std::vector<std::pair<std::string, vtkDataArray*>>& arrays) const;
+  template <class Index>
+  void add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
+                 std::uint64_t id_count);
+  void note_once(const std::string& note);
+
+  std::string path_;
+  ReadReport& report_;
+  TetMesh mesh_;
+  bool has_points_ = false;
+  std::uint64_t first_point_ = 0; ///< row of the first point of the grid added last
+  std::uint64_t point_count_ = 0; ///< its number of points
+  std::uint64_t cell_count_ = 0;  ///< of all grids so far
+  std::uint64_t ghost_cells_ = 0;
+  std::map<int, Kind> volume_cells_; ///< by VTK cell type
+  std::map<int, Kind> flat_cells_;   ///< of dimension 0 to 2, and empty ones
+  std::map<int, Kind> refused_cells_;
+};
+
+} // namespace ptet::vtkio

@@ -1,0 +1,130 @@
+#include "formats/vtk/sources.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <sstream>
+
+#include <vtkExodusIIReader.h>
+#include <vtkInformation.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtk_exodusII.h>
+#include <vtk_netcdf.h>
+
+namespace ptet::vtkio {
+namespace {
+
+/// The first block of the output is that of the element blocks, one child each.
+constexpr unsigned kElementBlocks = 0;
+
+void note_time(vtkExodusIIReader& reader, int steps, ReadReport& report) {
+  vtkInformation& info = *reader.GetOutputInformation(0);
+  std::ostringstream note;
+  note << "the values are those of the last of " << grouped(static_cast<std::uint64_t>(steps)) << " time steps";
+  if (info.Has(vtkStreamingDemandDrivenPipeline::TIME_STEPS()) &&
+      info.Length(vtkStreamingDemandDrivenPipeline::TIME_STEPS()) == steps)
+    note << " (time " << info.Get(vtkStreamingDemandDrivenPipeline::TIME_STEPS())[steps - 1] << ")";
+  report.notes.push_back(note.str());
+}
+
+/// Opens the file as what it is underneath, and looks at the sizes of its tables. The Exodus library prints when this
+/// fails, and counts to whatever a damaged size says.
+void check_netcdf(const Source& source, const Assembler& assembler) {
+  int file = 0;
+  if (const int status = nc_open(source.path.c_str(), NC_NOWRITE, &file); status != NC_NOERR)
+    assembler.fail(std::string("is not an Exodus file, or is damaged: ") + nc_strerror(status));
+  const std::shared_ptr<void> closing(nullptr, [file](void*) { nc_close(file); });
+
+  int format = 0;
+  int dimensions = 0;
+  nc_inq_format(file, &format);
+  nc_inq_ndims(file, &dimensions);
+  const bool compressed = format == NC_FORMAT_NETCDF4 || format == NC_FORMAT_NETCDF4_CLASSIC;
+  const std::uint64_t largest = (compressed ? kMaxCompression : 1) * std::filesystem::file_size(source.path);
+  for (int i = 0; i < dimensions; ++i) {
+    std::array<char, NC_MAX_NAME + 1> name{};
+    std::size_t length = 0;
+    if (nc_inq_dim(file, i, name.data(), &length) != NC_NOERR || length > largest)
+      assembler.fail(std::string("is damaged: its dimension '") + name.data() + "' is " + grouped(length) +
+                     ", more than the file can hold");
+  }
+}
+
+/// Asks for what VTK's reader will ask for: it goes on after a refusal, with tables that it has not filled.
+void check_exodus(const Source& source, const Assembler& assembler) {
+  int word_bytes = sizeof(double);
+  int file_word_bytes = 0;
+  float version = 0;
+  const int file = ex_open(source.path.c_str(), EX_READ, &word_bytes, &file_word_bytes, &version);
+  if (file < 0) assembler.fail("is not an Exodus file, or is damaged");
+  const std::shared_ptr<void> closing(nullptr, [file](void*) { ex_close(file); });
+  ex_set_int64_status(file, EX_ALL_INT64_API);
+
+  ex_init_params sizes{};
+  if (ex_get_init_ext(file, &sizes) < 0) assembler.fail("is damaged: its sizes cannot be read");
+  if (sizes.num_dim != 3) assembler.fail("does not have three coordinates");
+  if (sizes.num_nodes < 1 || sizes.num_elem_blk < 1) assembler.fail("holds no cells: ptet needs tetrahedra");
+  std::vector<std::int64_t> ids(static_cast<std::size_t>(sizes.num_elem_blk));
+  if (ex_get_ids(file, EX_ELEM_BLOCK, ids.data()) < 0) assembler.fail("is damaged: its blocks have no ids");
+  std::int64_t cells = 0;
+  for (const std::int64_t id : ids) {
+    ex_block block{};
+    block.id = id;
+    block.type = EX_ELEM_BLOCK;
+    if (ex_get_block_param(file, &block) < 0 || block.num_entry < 0)
+      assembler.fail("is damaged: block " + std::to_string(id) + " cannot be read");
+    cells += block.num_entry;
+  }
+  std::sort(ids.begin(), ids.end());
+  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) assembler.fail("is damaged: two blocks have one id");
+  if (cells != sizes.num_elem) assembler.fail("is damaged: its blocks do not hold as many cells as it says");
+}
+
+} // namespace
+
+void read_exodus(const Source& source, Assembler& assembler) {
+  check_netcdf(source, assembler);
+  check_exodus(source, assembler);
+  vtkNew<vtkExodusIIReader> reader;
+  reader->SetFileName(source.path.c_str());
+  reader->UpdateInformation();
+  source.messages.throw_on_error(source.path);
+
+  // Points as they are in the file, all of them in every block: blocks then share their numbering.
+  reader->SetApplyDisplacements(false);
+  reader->SetSqueezePoints(false);
+  reader->SetGenerateObjectIdCellArray(false);
+  reader->SetAllArrayStatus(vtkExodusIIReader::ELEM_BLOCK, 1);
+  reader->SetAllArrayStatus(vtkExodusIIReader::NODAL, 1);
+  for (int i = 0; i < reader->GetNumberOfElementResultArrays(); ++i)
+    source.report.notes.push_back(std::string("cell array '") + reader->GetElementResultArrayName(i) +
+                                  "' is not carried");
+  const int steps = reader->GetNumberOfTimeSteps();
+  if (steps > 1) note_time(*reader, steps, source.report);
+  if (steps > 0) reader->SetTimeStep(steps - 1);
+
+  const ProgressWatch watch(*reader, "reading", source.progress);
+  reader->Update();
+  watch.throw_on_cancel();
+  source.messages.throw_on_error(source.path);
+
+  auto* blocks = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutput()->GetBlock(kElementBlocks));
+  vtkIdType points = -1;
+  for (unsigned i = 0; blocks && i < blocks->GetNumberOfBlocks(); ++i) {
+    auto* grid = vtkUnstructuredGrid::SafeDownCast(blocks->GetBlock(i));
+    if (!grid) continue;
+    if (points < 0) {
+      points = grid->GetNumberOfPoints();
+      assembler.add_points(*grid);
+    }
+    if (grid->GetNumberOfPoints() != points) assembler.fail("blocks do not share their points");
+    assembler.add_cells(*grid);
+  }
+}
+
+} // namespace ptet::vtkio

@@ -1,0 +1,128 @@
+#include "formats/vtk/read.hpp"
+
+#include "formats/vtk/sources.hpp"
+#include "ptet/error.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <new>
+
+#include <sys/stat.h>
+#include <xxhash.h>
+
+namespace ptet {
+namespace vtkio {
+namespace {
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+[[noreturn]] void fail_to_read(const std::string& path, const std::string& reason) {
+  throw Error(ErrorCode::kIo, path + ": cannot read: " + reason);
+}
+
+/// Opens a regular file for reading.
+File open_file(const std::string& path) {
+  // Before opening: a pipe would wait for its other end.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) fail_to_read(path, std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) fail_to_read(path, "it is a folder");
+  if (!S_ISREG(status.st_mode)) fail_to_read(path, "it is not a regular file");
+  File file(std::fopen(path.c_str(), "rbe"), &std::fclose);
+  if (!file) fail_to_read(path, std::strerror(errno));
+  return file;
+}
+
+std::string read_head(const std::string& path) {
+  static constexpr std::size_t kHeadBytes = 65536;
+  const File file = open_file(path);
+  std::string head(kHeadBytes, '\0');
+  head.resize(std::fread(head.data(), 1, kHeadBytes, file.get()));
+  if (std::ferror(file.get())) fail_to_read(path, std::strerror(errno));
+  return head;
+}
+
+/// The attribute `type` of the element VTKFile.
+std::string xml_dataset_type(const std::string& head) {
+  const std::size_t element = head.find("<VTKFile");
+  const std::size_t name = head.find("type=", element);
+  if (element == std::string::npos || name == std::string::npos || name + 5 >= head.size()) return {};
+  if (name > head.find('>', element)) return {};
+  const char quote = head[name + 5];
+  const std::size_t end = head.find(quote, name + 6);
+  return end == std::string::npos ? std::string{} : head.substr(name + 6, end - name - 6);
+}
+
+void read_any(const Source& source, Assembler& assembler) {
+  const std::string head = read_head(source.path);
+  if (head.empty()) assembler.fail("is empty");
+  if (head.starts_with("# vtk DataFile")) {
+    source.report.format = "legacy VTK";
+    read_legacy(source, assembler);
+  } else if (head.starts_with("CDF") || head.starts_with("\x89HDF")) {
+    source.report.format = "Exodus";
+    read_exodus(source, assembler);
+  } else if (head.find("<VTKFile") != std::string::npos) {
+    const std::string type = xml_dataset_type(head);
+    if (type != "UnstructuredGrid" && type != "PUnstructuredGrid")
+      assembler.fail("holds a " + (type.empty() ? "dataset of unknown type" : type) +
+                     ": ptet needs an UnstructuredGrid or PUnstructuredGrid");
+    source.report.format = type == "UnstructuredGrid" ? "VTU" : "PVTU";
+    (type == "UnstructuredGrid" ? read_vtu : read_pvtu)(source, assembler);
+  } else {
+    assembler.fail("is no mesh that ptet reads (VTU, PVTU, legacy VTK, Exodus)");
+  }
+}
+
+} // namespace
+
+void check_readable(const std::string& path) {
+  (void)open_file(path);
+}
+
+} // namespace vtkio
+
+TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCallback& progress) {
+  ReadReport own_report;
+  ReadReport& notes = report ? *report : own_report;
+  notes = {};
+  try {
+    vtkio::Messages messages;
+    vtkio::Assembler assembler(path, notes);
+    vtkio::read_any({path, messages, progress, notes}, assembler);
+    TetMesh mesh = assembler.finish();
+    for (const std::string& warning : messages.warnings())
+      notes.notes.push_back("VTK warns: " + warning);
+    return mesh;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::kLimit, path + ": not enough memory for what the file announces");
+  } catch (const std::exception& error) {
+    // VTK's readers use standard containers on what they find in the file.
+    throw Error(ErrorCode::kBadInput, path + ": is damaged (" + error.what() + ")");
+  }
+}
+
+std::string hash_file(const std::string& path, const ProgressCallback& progress) {
+  static constexpr std::size_t kChunkBytes = 1 << 20;
+  const vtkio::File file = vtkio::open_file(path);
+  const std::unique_ptr<XXH64_state_t, XXH_errorcode (*)(XXH64_state_t*)> state(XXH64_createState(), &XXH64_freeState);
+  if (!state) throw std::bad_alloc();
+  XXH64_reset(state.get(), 0);
+  std::vector<char> chunk(kChunkBytes);
+  std::uint64_t done = 0;
+  while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), file.get())) {
+    XXH64_update(state.get(), chunk.data(), got);
+    done += got;
+    if (progress && !progress({"hashing", done, 0})) throw Error(ErrorCode::kCancelled, "hashing was cancelled");
+  }
+  if (std::ferror(file.get())) vtkio::fail_to_read(path, std::strerror(errno));
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "xxh64:%016llx", static_cast<unsigned long long>(XXH64_digest(state.get())));
+  return text.data();
+}
+
+} // namespace ptet

@@ -1,0 +1,38 @@
+// Meshes in, through VTK's own readers: VTU, PVTU, legacy VTK, Exodus. Cells that are not tetrahedra are
+// tetrahedralised so that neighbours agree; points and point arrays keep their order, type and bits.
+#pragma once
+
+#include "ptet/mesh.hpp"
+#include "ptet/progress.hpp"
+
+#include <string>
+#include <vector>
+
+namespace ptet {
+
+/// What was read, for the user: nothing that was left out or renamed goes unsaid.
+struct ReadReport {
+  std::string format;             ///< "VTU", "PVTU", "legacy VTK" or "Exodus"
+  std::vector<std::string> notes; ///< one sentence each: cells split or skipped, arrays renamed or not carried
+};
+
+/// Reads the mesh in `path`: VTU, PVTU, legacy VTK or Exodus, told apart by the contents and not by the ending.
+///
+/// Returns every point of the file, used or not, in the file's order; every numeric point array; and the volume cells
+/// as tets in the file's cell order and orientation (vertices of a tet in the file's order). Hexahedra, voxels, wedges,
+/// pyramids and quadratic tets are split conformingly without new points. The tets' ids are in range; nothing else
+/// about the mesh is checked (see validate()).
+/// `report` may be null.
+/// Throws Error, messages beginning with the path: kIo (cannot be opened or read), kBadInput (contents: damaged, no
+/// volume cells, a cell type or a dataset that cannot be handled), kLimit (more than 2^32 - 2 points or tets, or more
+/// than memory holds); and kCancelled. Prints nothing.
+/// Thread rule: calls wait for one another and for write_mesh() (VTK's messages go through one global window).
+/// Cost: VTK's reading, plus one copy of every array.
+[[nodiscard]] TetMesh read_mesh(const std::string& path, ReadReport* report = nullptr,
+                                const ProgressCallback& progress = {});
+
+/// The XXH64 of the bytes of a file, as "xxh64:0123456789abcdef", for provenance.
+/// Throws Error: kIo, kCancelled.
+[[nodiscard]] std::string hash_file(const std::string& path, const ProgressCallback& progress = {});
+
+} // namespace ptet

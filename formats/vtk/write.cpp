@@ -1,0 +1,318 @@
+#include "formats/vtk/write.hpp"
+
+#include "formats/vtk/messages.hpp"
+#include "formats/vtk/scalar_types.hpp"
+#include "formats/whole_file.hpp"
+#include "mesh/scalar_dispatch.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <set>
+
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkErrorCode.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkSmartPointer.h>
+#include <vtkTypeInt32Array.h>
+#include <vtkTypeInt64Array.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridWriter.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+namespace ptet {
+namespace {
+
+using vtkio::vtk_type;
+
+bool is_finite(const PointArray& array) {
+  return dispatch(array.type, [&]<class T>(T) {
+    if constexpr (std::is_floating_point_v<T>) {
+      for (std::size_t at = 0; at < array.bytes.size(); at += sizeof(T)) {
+        if (!std::isfinite(load<T>(array.bytes.data() + at))) return false;
+      }
+    }
+    return true;
+  });
+}
+
+void check(const std::string& path, const TetMesh& mesh, const WriteOptions& options) {
+  const auto bad_input = [&](const std::string& reason) {
+    throw Error(ErrorCode::kBadInput, path + ": cannot write: " + reason);
+  };
+  const std::size_t vertices = mesh.vertex_count();
+  if (mesh.positions.components != 3 || mesh.positions.bytes.size() != vertices * mesh.positions.row_bytes())
+    bad_input("positions are not rows of three");
+  std::set<std::string> names;
+  for (const PointArray& array : mesh.point_arrays) {
+    if (array.components == 0 || array.bytes.size() != vertices * array.row_bytes())
+      bad_input("point array '" + array.name + "' does not have one row for each vertex");
+    if (options.encoding == Encoding::kAscii && !is_finite(array))
+      bad_input("point array '" + array.name + "' holds NaN or infinity, which VTK does not read from decimal numbers");
+    if (!names.insert(array.name).second) bad_input("two point arrays are called '" + array.name + "'");
+  }
+  for (std::size_t i = 0; i < mesh.tets.size(); ++i) {
+    for (const VertexId v : mesh.tets[i]) {
+      if (v.index() >= vertices) bad_input("tet " + std::to_string(i) + " names a vertex that is not there");
+    }
+  }
+  for (const CellArray& array : options.cell_arrays) {
+    if (std::visit([](const auto& values) { return values.size(); }, array.values) != mesh.tets.size())
+      throw Error(ErrorCode::kBadArgument,
+                  path + ": cell array '" + array.name + "' does not have one value for each tet");
+  }
+}
+
+/// The length of the UTF-8 sequence at `at`; 0 where there is none.
+std::size_t utf8_length(const std::string& text, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  const unsigned head = byte(at);
+  const std::size_t length = head < 0x80                   ? 1
+                             : head >= 0xC2 && head < 0xE0 ? 2
+                             : head >> 4 == 0xE            ? 3
+                             : head >= 0xF0 && head < 0xF5 ? 4
+                                                           : 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if (byte(at + i) >> 6 != 2) return 0;
+  }
+  return length;
+}
+
+/// A name as the value of an XML attribute, which VTK's writer takes it for already.
+std::string escaped(const std::string& path, const std::string& name) {
+  std::string text;
+  for (std::size_t i = 0; i < name.size();) {
+    const std::size_t length = utf8_length(name, i);
+    const char c = name[i];
+    const bool is_control = static_cast<unsigned char>(c) < 0x20;
+    if (length == 0 || (is_control && c != '\t' && c != '\n' && c != '\r'))
+      throw Error(ErrorCode::kBadInput, path + ": cannot write: the name of array '" + name + "' is not text in UTF-8");
+    if (is_control || c == '<' || c == '>' || c == '&' || c == '"' || c == '\'')
+      text += "&#" + std::to_string(static_cast<int>(c)) + ";";
+    else
+      text.append(name, i, length);
+    i += length;
+  }
+  return text;
+}
+
+/// A VTK array over memory that stays ours. VTK's writers read it only.
+vtkSmartPointer<vtkDataArray> view(const void* data, std::size_t rows, std::size_t components, ScalarType type,
+                                   const std::string& name) {
+  vtkSmartPointer<vtkDataArray> array;
+  array.TakeReference(vtkDataArray::CreateDataArray(vtk_type(type)));
+  array->SetNumberOfComponents(static_cast<int>(components));
+  array->SetName(name.c_str());
+  static constexpr int kKeepOwnership = 1;
+  array->SetVoidArray(const_cast<void*>(data), static_cast<vtkIdType>(rows * components), kKeepOwnership);
+  return array;
+}
+
+vtkSmartPointer<vtkDataArray> view(const PointArray& array) {
+  return view(array.bytes.data(), array.size(), array.components, array.type, array.name);
+}
+
+vtkSmartPointer<vtkDataArray> view(const CellArray& array) {
+  return std::visit(
+      [&]<class T>(const std::vector<T>& values) {
+        const ScalarType type = std::is_same_v<T, float>    ? ScalarType::kFloat32
+                                : std::is_same_v<T, double> ? ScalarType::kFloat64
+                                                            : ScalarType::kUInt32;
+        return view(values.data(), values.size(), 1, type, array.name);
+      },
+      array.values);
+}
+
+template <class Array>
+void set_cells(const TetMesh& mesh, vtkUnstructuredGrid& grid) {
+  vtkNew<Array> offsets;
+  vtkNew<Array> ids;
+  offsets->SetNumberOfValues(static_cast<vtkIdType>(mesh.tets.size() + 1));
+  ids->SetNumberOfValues(static_cast<vtkIdType>(4 * mesh.tets.size()));
+  using Index = typename Array::ValueType;
+  Index* next_offset = offsets->GetPointer(0);
+  Index* next_id = ids->GetPointer(0);
+  for (std::size_t i = 0; i <= mesh.tets.size(); ++i)
+    *next_offset++ = static_cast<Index>(4 * i);
+  for (const Tet& tet : mesh.tets) {
+    for (const VertexId v : tet)
+      *next_id++ = static_cast<Index>(v.index());
+  }
+  vtkNew<vtkCellArray> cells;
+  cells->SetData(offsets, ids);
+  grid.SetCells(VTK_TETRA, cells);
+}
+
+vtkSmartPointer<vtkUnstructuredGrid> grid_of(const TetMesh& mesh, const WriteOptions& options) {
+  auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  vtkNew<vtkPoints> points;
+  points->SetData(view(mesh.positions));
+  grid->SetPoints(points);
+  constexpr std::uint64_t kMax32 = std::numeric_limits<std::int32_t>::max();
+  if (4 * static_cast<std::uint64_t>(mesh.tets.size()) > kMax32 || mesh.vertex_count() > kMax32)
+    set_cells<vtkTypeInt64Array>(mesh, *grid);
+  else
+    set_cells<vtkTypeInt32Array>(mesh, *grid);
+  for (const PointArray& array : mesh.point_arrays)
+    grid->GetPointData()->AddArray(view(array));
+  for (const CellArray& array : options.cell_arrays)
+    grid->GetCellData()->AddArray(view(array));
+  return grid;
+}
+
+/// Bytes of the largest array that is written.
+std::uint64_t largest_array(const TetMesh& mesh) {
+  std::uint64_t bytes = std::max<std::uint64_t>(mesh.positions.bytes.size(), 32 * mesh.tets.size());
+  for (const PointArray& array : mesh.point_arrays)
+    bytes = std::max<std::uint64_t>(bytes, array.bytes.size());
+  return bytes;
+}
+
+/// A file that takes everything it is given, room or no room, and remembers the first refusal of the system: VTK's XML
+/// writer frees memory that it does not own when its stream fails.
+class EnduringFile : public std::filebuf {
+public:
+  explicit EnduringFile(const std::string& path) { note(open(path, std::ios::out | std::ios::binary) != nullptr); }
+
+  /// 0, or the system's reason.
+  int finish() {
+    note(close() != nullptr);
+    return error_number_;
+  }
+
+protected:
+  // After a refusal the base class is not to be called again: its buffer has no room for another byte.
+  std::streamsize xsputn(const char* bytes, std::streamsize count) override {
+    if (error_number_ == 0) note(std::filebuf::xsputn(bytes, count) == count);
+    return count;
+  }
+  int_type overflow(int_type byte) override {
+    if (error_number_ == 0) note(!traits_type::eq_int_type(std::filebuf::overflow(byte), traits_type::eof()));
+    return traits_type::not_eof(byte);
+  }
+  int sync() override {
+    if (error_number_ == 0) note(std::filebuf::sync() == 0);
+    return 0;
+  }
+  pos_type seekoff(off_type offset, std::ios::seekdir from, std::ios::openmode mode) override {
+    return error_number_ == 0 ? endured(std::filebuf::seekoff(offset, from, mode)) : pos_type(0);
+  }
+  pos_type seekpos(pos_type position, std::ios::openmode mode) override {
+    return error_number_ == 0 ? endured(std::filebuf::seekpos(position, mode)) : pos_type(0);
+  }
+
+private:
+  void note(bool good) {
+    if (!good && error_number_ == 0) error_number_ = errno != 0 ? errno : EIO;
+  }
+  pos_type endured(pos_type position) {
+    const bool good = position != pos_type(off_type(-1));
+    note(good);
+    return good ? position : pos_type(0);
+  }
+
+  int error_number_ = 0;
+};
+
+class XmlWriter : public vtkXMLUnstructuredGridWriter {
+public:
+  static XmlWriter* New() { VTK_STANDARD_NEW_BODY(XmlWriter); }
+
+  /// VTK's writer opens its file itself only when it has no stream.
+  void set_stream(std::ostream& stream) { Stream = &stream; }
+};
+
+void escape_names(const std::string& path, vtkFieldData& data) {
+  for (int i = 0; i < data.GetNumberOfArrays(); ++i) {
+    vtkAbstractArray& array = *data.GetAbstractArray(i);
+    array.SetName(escaped(path, array.GetName()).c_str());
+  }
+}
+
+void write_vtu(const WholeFile& file, vtkUnstructuredGrid& grid, const TetMesh& mesh, const WriteOptions& options,
+               const vtkio::Messages& messages, const ProgressCallback& progress) {
+  vtkNew<XmlWriter> writer;
+  writer->SetInputData(&grid);
+  switch (options.encoding) {
+  case Encoding::kRaw:
+    writer->SetDataModeToAppended();
+    writer->EncodeAppendedDataOff();
+    break;
+  case Encoding::kBase64: writer->SetDataModeToBinary(); break;
+  case Encoding::kAscii: writer->SetDataModeToAscii(); break;
+  }
+  switch (options.compressor) {
+  case Compressor::kNone: writer->SetCompressorTypeToNone(); break;
+  case Compressor::kZlib: writer->SetCompressorTypeToZLib(); break;
+  case Compressor::kLz4: writer->SetCompressorTypeToLZ4(); break;
+  }
+  if (largest_array(mesh) > std::numeric_limits<std::uint32_t>::max())
+    writer->SetHeaderTypeToUInt64();
+  else
+    writer->SetHeaderTypeToUInt32();
+  EnduringFile buffer(file.temporary_path());
+  std::ostream stream(&buffer);
+  writer->set_stream(stream);
+  writer->SetFileName(file.temporary_path().c_str());
+  const vtkio::ProgressWatch watch(*writer, "writing", progress);
+  const int written = writer->Write();
+  const int error_number = buffer.finish();
+  watch.throw_on_cancel();
+  if (error_number != 0) file.fail(error_number);
+  if (!messages.errors().empty()) file.fail(messages.errors().front());
+  if (!written) file.fail("VTK gave up");
+}
+
+void write_legacy(const WholeFile& file, vtkUnstructuredGrid& grid, const vtkio::Messages& messages,
+                  const ProgressCallback& progress) {
+  vtkNew<vtkUnstructuredGridWriter> writer;
+  writer->SetInputData(&grid);
+  writer->SetFileTypeToBinary();
+  writer->SetHeader("tetrahedral mesh written by ptet");
+  writer->SetFileName(file.temporary_path().c_str());
+  const vtkio::ProgressWatch watch(*writer, "writing", progress);
+  errno = 0;
+  const int written = writer->Write();
+  const int error_number = errno;
+  watch.throw_on_cancel();
+  if (written && writer->GetErrorCode() == vtkErrorCode::NoError && messages.errors().empty()) return;
+  // VTK calls every failure of its stream a full disk and deletes the file, so the system's word comes first.
+  for (const int known : {ENOSPC, EDQUOT, EFBIG, EIO}) {
+    if (error_number == known) file.fail(known);
+  }
+  if (!messages.errors().empty()) file.fail(messages.errors().front());
+  file.fail(std::string(vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode())));
+}
+
+} // namespace
+
+void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions& options,
+                const ProgressCallback& progress) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending != ".vtu" && ending != ".vtk")
+    throw Error(ErrorCode::kBadArgument, path + ": cannot write: a mesh is written as .vtu or .vtk");
+  if (ending == ".vtk" && options.encoding != Encoding::kRaw)
+    throw Error(ErrorCode::kBadArgument, path + ": cannot write: legacy VTK is written in binary only");
+  check(path, mesh, options);
+
+  WholeFile file(path);
+  const vtkio::Messages messages;
+  const vtkSmartPointer<vtkUnstructuredGrid> grid = grid_of(mesh, options);
+  if (ending == ".vtu") {
+    escape_names(path, *grid->GetPointData());
+    escape_names(path, *grid->GetCellData());
+    write_vtu(file, *grid, mesh, options, messages, progress);
+  } else {
+    write_legacy(file, *grid, messages, progress);
+  }
+  file.commit();
+}
+
+} // namespace ptet

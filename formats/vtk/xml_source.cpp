@@ -1,0 +1,320 @@
+#include "formats/vtk/sources.hpp"
+#include "ptet/error.hpp"
+
+#include <filesystem>
+
+#include <vtkBase64InputStream.h>
+#include <vtkCallbackCommand.h>
+#include <vtkCommand.h>
+#include <vtkDataArraySelection.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkInputStream.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLDataElement.h>
+#include <vtkXMLDataParser.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+namespace ptet::vtkio {
+namespace {
+
+bool is_true_size(double bytes, std::uint64_t file_bytes) {
+  return bytes <= static_cast<double>(kMaxCompression) * static_cast<double>(file_bytes);
+}
+
+/// A stream of VTK's that looks at the header of compressed data before VTK's parser does: the parser divides by the
+/// block size and indexes by the block count as they stand in the file.
+template <class Base>
+class GuardedStream : public Base {
+public:
+  static GuardedStream* New() { VTK_STANDARD_NEW_BODY(GuardedStream); }
+
+  // The parser reads an array in two goes: the header's three words and block sizes, then the blocks.
+  void StartReading() override {
+    at_start_ = true;
+    Base::StartReading();
+  }
+  void EndReading() override {
+    in_header_ = !in_header_;
+    Base::EndReading();
+  }
+
+  std::size_t Read(void* to, std::size_t length) override {
+    const std::size_t got = Base::Read(to, length);
+    const bool is_head = in_header_ && at_start_;
+    at_start_ = false;
+    if (!in_header_) return got;
+    if (!is_head) return are_block_sizes(static_cast<const unsigned char*>(to), got) ? got : 0;
+    if (got != 3 * word_bytes_) return got;
+    const auto* data = static_cast<const unsigned char*>(to);
+    const std::uint64_t blocks = word(data);
+    const std::uint64_t block_bytes = word(data + word_bytes_);
+    const std::uint64_t last_bytes = word(data + 2 * word_bytes_);
+    const bool sound = (blocks == 0 && last_bytes == 0) ||
+                       (blocks != 0 && block_bytes != 0 && last_bytes <= block_bytes && blocks <= file_bytes_ &&
+                        is_true_size(static_cast<double>(blocks) * static_cast<double>(block_bytes), file_bytes_));
+    return sound ? got : 0;
+  }
+
+  void guard(std::size_t word_bytes, bool big_endian, std::uint64_t file_bytes) {
+    word_bytes_ = word_bytes;
+    big_endian_ = big_endian;
+    file_bytes_ = file_bytes;
+  }
+
+private:
+  [[nodiscard]] bool are_block_sizes(const unsigned char* data, std::size_t length) const {
+    for (std::size_t at = 0; at + word_bytes_ <= length; at += word_bytes_) {
+      if (word(data + at) > file_bytes_) return false;
+    }
+    return true;
+  }
+
+  [[nodiscard]] std::uint64_t word(const unsigned char* data) const {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < word_bytes_; ++i)
+      value |= static_cast<std::uint64_t>(data[i]) << 8 * (big_endian_ ? word_bytes_ - 1 - i : i);
+    return value;
+  }
+
+  bool in_header_ = true;
+  bool at_start_ = false;
+  std::size_t word_bytes_ = 4;
+  bool big_endian_ = false;
+  std::uint64_t file_bytes_ = 0;
+};
+
+class GuardedParser : public vtkXMLDataParser {
+public:
+  static GuardedParser* New() { VTK_STANDARD_NEW_BODY(GuardedParser); }
+  using Superclass = vtkXMLDataParser;
+
+  int Parse() override {
+    const int result = Superclass::Parse();
+    if (!result || !RootElement || !RootElement->GetAttribute("compressor")) return result;
+    guard<vtkBase64InputStream>(InlineDataStream);
+    if (vtkBase64InputStream::SafeDownCast(AppendedDataStream))
+      guard<vtkBase64InputStream>(AppendedDataStream);
+    else
+      guard<vtkInputStream>(AppendedDataStream);
+    return result;
+  }
+
+  std::uint64_t file_bytes = 0;
+
+private:
+  template <class Base>
+  void guard(vtkInputStream*& stream) {
+    auto* guarded = GuardedStream<Base>::New();
+    guarded->guard(HeaderType == 64 ? 8 : 4, ByteOrder == BigEndian, file_bytes);
+    stream->Delete();
+    stream = guarded;
+  }
+};
+
+std::string attribute(vtkXMLDataElement& element, const char* name) {
+  const char* value = element.GetAttribute(name);
+  return value ? value : "";
+}
+
+/// VTK's reader of VTU, with what it takes on trust checked first, and arrays named apart: it finds an array by its
+/// place among the enabled ones, and takes type and size of every piece's arrays from the first piece.
+class CheckedReader : public vtkXMLUnstructuredGridReader {
+public:
+  static CheckedReader* New() { VTK_STANDARD_NEW_BODY(CheckedReader); }
+  using Superclass = vtkXMLUnstructuredGridReader;
+
+  using vtkXMLUnstructuredGridReader::GetNumberOfPieces;
+
+  std::uint64_t file_bytes = 0;
+  std::vector<std::string> notes;
+
+protected:
+  void CreateXMLParser() override {
+    Superclass::CreateXMLParser();
+    // The superclass has made a plain parser and hung its observers on it; a guarded one takes its place.
+    vtkNew<GuardedParser> parser;
+    parser->file_bytes = file_bytes;
+    parser->AddObserver(vtkCommand::ProgressEvent, DataProgressObserver);
+    XMLParser->Delete();
+    XMLParser = parser;
+    XMLParser->Register(nullptr);
+  }
+
+  using vtkXMLUnstructuredGridReader::ReadPiece;
+  int ReadPiece(vtkXMLDataElement* piece) override {
+    if (!Superclass::ReadPiece(piece)) return 0;
+    vtkXMLDataElement* points = PointElements[Piece];
+    vtkXMLDataElement* point_data = PointDataElements[Piece];
+    vtkXMLDataElement* cell_data = CellDataElements[Piece];
+    if (cell_data) leave_out(*cell_data);
+    leave_out_field_data();
+    if (point_data) name_apart(*point_data);
+    for (vtkXMLDataElement* arrays : {points, point_data, CellElements[Piece]}) {
+      // Ranges and other remarks on an array, which VTK's writer writes and its reader cannot always read.
+      for (int i = 0; arrays && i < arrays->GetNumberOfNestedElements(); ++i)
+        arrays->GetNestedElement(i)->RemoveAllNestedElements();
+    }
+
+    const auto point_count = static_cast<double>(NumberOfPoints[Piece]);
+    const auto cell_count = static_cast<double>(NumberOfCells[Piece]);
+    const double bytes = point_count * (point_row_bytes(points) + point_row_bytes(point_data)) + 2 * cell_count;
+    if (point_count < 0 || cell_count < 0 || !is_true_size(bytes, file_bytes)) {
+      vtkErrorMacro("piece " << Piece << " announces " << NumberOfPoints[Piece] << " points and "
+                             << NumberOfCells[Piece] << " cells, more than the file can hold.");
+      return 0;
+    }
+    const std::string layout = layout_of(points) + layout_of(point_data);
+    if (point_count > 0 && attribute(*points->GetNestedElement(0), "NumberOfComponents") != "3") {
+      vtkErrorMacro("points of piece " << Piece << " do not have three coordinates.");
+      return 0;
+    }
+    if (Piece == 0) first_layout_ = layout;
+    if (point_count > 0 && layout != first_layout_) {
+      vtkErrorMacro("piece " << Piece << " has other point arrays than piece 0: " << layout << " instead of "
+                             << first_layout_ << ".");
+      return 0;
+    }
+    return 1;
+  }
+
+  /// The length of the connectivity is what the offsets say. One so long that its bytes cannot be counted would be read
+  /// into a buffer that is too small.
+  int ReadArrayValues(vtkXMLDataElement* element, vtkIdType array_index, vtkAbstractArray* array, vtkIdType start,
+                      vtkIdType values, FieldType type) override {
+    if (values < 0 || !is_true_size(static_cast<double>(values) * array->GetDataTypeSize(), file_bytes)) {
+      vtkErrorMacro("array '" << attribute(*element, "Name") << "' should have " << values
+                              << " values, more than the file can hold.");
+      return 0;
+    }
+    return Superclass::ReadArrayValues(element, array_index, array, start, values, type);
+  }
+
+private:
+  void leave_out(vtkXMLDataElement& data) {
+    std::set<std::string> taken;
+    for (int i = 0; i < data.GetNumberOfNestedElements(); ++i) {
+      vtkXMLDataElement& array = *data.GetNestedElement(i);
+      const std::string name = unique_name(attribute(array, "Name"), static_cast<std::size_t>(i), taken);
+      array.SetAttribute("Name", name.c_str());
+      if (name == vtkDataSetAttributes::GhostArrayName() || name == "vtkGhostLevels") continue;
+      CellDataArraySelection->AddArray(name.c_str(), false);
+      if (Piece == 0) notes.push_back("cell array '" + name + "' is not carried");
+    }
+  }
+
+  void leave_out_field_data() {
+    if (!FieldDataElement) return;
+    for (int i = 0; i < FieldDataElement->GetNumberOfNestedElements(); ++i)
+      notes.push_back("field data '" + attribute(*FieldDataElement->GetNestedElement(i), "Name") + "' is not carried");
+    FieldDataElement = nullptr;
+  }
+
+  void name_apart(vtkXMLDataElement& data) {
+    std::set<std::string> taken;
+    for (int i = 0; i < data.GetNumberOfNestedElements(); ++i) {
+      vtkXMLDataElement& array = *data.GetNestedElement(i);
+      const std::string given = attribute(array, "Name");
+      const std::string name = unique_name(given, static_cast<std::size_t>(i), taken);
+      if (name == given) continue;
+      array.SetAttribute("Name", name.c_str());
+      if (Piece != 0) continue;
+      notes.push_back(given.empty() ? "a point array without a name is called '" + name + "'"
+                                    : "a second point array '" + given + "' is called '" + name + "'");
+    }
+  }
+
+  /// Least bytes of a row of all arrays of the element; types that are not numeric count as one byte.
+  static double point_row_bytes(vtkXMLDataElement* data) {
+    double bytes = 0;
+    for (int i = 0; data && i < data->GetNumberOfNestedElements(); ++i) {
+      vtkXMLDataElement& array = *data->GetNestedElement(i);
+      const std::string type = attribute(array, "type");
+      int components = 1;
+      array.GetScalarAttribute("NumberOfComponents", components);
+      const double scalar_bytes = type.ends_with("64")   ? 8
+                                  : type.ends_with("32") ? 4
+                                  : type.ends_with("16") ? 2
+                                  : type == "Bit"        ? 0.125
+                                                         : 1;
+      bytes += scalar_bytes * std::max(1, components);
+    }
+    return bytes;
+  }
+
+  static std::string layout_of(vtkXMLDataElement* data) {
+    std::string layout;
+    for (int i = 0; data && i < data->GetNumberOfNestedElements(); ++i) {
+      vtkXMLDataElement& array = *data->GetNestedElement(i);
+      layout += "[" + (std::string(data->GetName()) == "Points" ? "Points" : attribute(array, "Name")) + " " +
+                attribute(array, "type") + " " + attribute(array, "NumberOfComponents") + "]";
+    }
+    return layout;
+  }
+
+  std::string first_layout_;
+};
+
+std::uint64_t file_size(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) throw Error(ErrorCode::kIo, path + ": cannot read: " + error.message());
+  return size;
+}
+
+} // namespace
+
+void read_vtu(const Source& source, Assembler& assembler) {
+  vtkNew<CheckedReader> reader;
+  reader->file_bytes = file_size(source.path);
+  reader->SetFileName(source.path.c_str());
+  reader->UpdateInformation();
+  source.messages.throw_on_error(source.path);
+  for (const std::string& note : reader->notes) {
+    if (std::find(source.report.notes.begin(), source.report.notes.end(), note) == source.report.notes.end())
+      source.report.notes.push_back(note);
+  }
+
+  // Piece by piece: so an id can be told from the next piece's, and only one is held twice in memory.
+  const ProgressWatch watch(*reader, "reading", source.progress);
+  const int pieces = static_cast<int>(reader->GetNumberOfPieces());
+  for (int piece = 0; piece < pieces; ++piece) {
+    const bool good = reader->UpdatePiece(piece, pieces, 0);
+    watch.throw_on_cancel();
+    source.messages.throw_on_error(source.path);
+    if (!good) assembler.fail("the contents do not make a mesh");
+    assembler.add_points(*reader->GetOutput());
+    assembler.add_cells(*reader->GetOutput());
+  }
+}
+
+void read_pvtu(const Source& source, Assembler& assembler) {
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(source.path.c_str());
+  const int parsed = parser->Parse();
+  source.messages.throw_on_error(source.path);
+  vtkXMLDataElement* root = parsed ? parser->GetRootElement() : nullptr;
+  vtkXMLDataElement* grid = root ? root->FindNestedElementWithName("PUnstructuredGrid") : nullptr;
+  if (!grid) assembler.fail("has no PUnstructuredGrid element");
+
+  const std::filesystem::path folder = std::filesystem::path(source.path).parent_path();
+  int pieces = 0;
+  for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
+    vtkXMLDataElement& element = *grid->GetNestedElement(i);
+    if (std::string(element.GetName()) != "Piece") continue;
+    const std::string name = attribute(element, "Source");
+    if (name.empty()) assembler.fail("piece " + std::to_string(pieces) + " has no Source");
+    // An absolute name replaces the folder.
+    const std::string path = (folder / name).string();
+    check_readable(path);
+    read_vtu({path, source.messages, source.progress, source.report}, assembler);
+    ++pieces;
+  }
+  if (pieces == 0) assembler.fail("names no pieces");
+  if (pieces > 1)
+    source.report.notes.push_back("joined " + grouped(static_cast<std::uint64_t>(pieces)) +
+                                  " pieces; points that they share are kept apart, as they are in the files");
+}
+
+} // namespace ptet::vtkio

@@ -1,0 +1,290 @@
+#include "build/boundary_surface.hpp"
+
+#include "build/face_index.hpp"
+#include "error/closest_point.hpp"
+#include "mesh/predicates.hpp"
+#include "mesh/vec3.hpp"
+
+// OpenMesh's headers are not clean under our warnings.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wall"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wnon-virtual-dtor"
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#pragma GCC diagnostic pop
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+namespace ptet::build {
+using namespace vec;
+namespace {
+
+/// Distances below this fraction of the diagonal are rounding.
+constexpr double kRounding = 1e-13;
+
+struct SurfaceTraits : OpenMesh::DefaultTraits {
+  using Point = OpenMesh::Vec3d;
+  VertexAttributes(OpenMesh::Attributes::Status);
+  EdgeAttributes(OpenMesh::Attributes::Status);
+  FaceAttributes(OpenMesh::Attributes::Status);
+  VertexTraits { std::uint32_t mesh_vertex = kNone; };
+  FaceTraits { std::uint32_t first_sample = kNone; };
+};
+using Surface = OpenMesh::TriMesh_ArrayKernelT<SurfaceTraits>;
+using VertexHandle = Surface::VertexHandle;
+using FaceHandle = Surface::FaceHandle;
+using HalfedgeHandle = Surface::HalfedgeHandle;
+
+using Triangle = std::array<Vertex, 3>;
+
+/// The face of a ghost, outward oriented.
+Triangle face_of(const Slot& ghost, Vertex dummy) {
+  // (a, b, c, dummy) is positive; moving the dummy from corner i to the last one must keep the parity.
+  static constexpr std::array<std::array<std::size_t, 3>, 4> kFace{{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
+  for (std::size_t i = 0; i < 4; ++i)
+    if (ghost.v[i] == dummy) return {ghost.v[kFace[i][0]], ghost.v[kFace[i][1]], ghost.v[kFace[i][2]]};
+  return {kNone, kNone, kNone};
+}
+
+/// Classes of face corners that are joined by manifold edges: one surface vertex for each.
+class CornerClasses {
+public:
+  explicit CornerClasses(const std::vector<Triangle>& faces) : parent_(3 * faces.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+    struct Side {
+      Vertex low, high;
+      std::uint32_t face, corner; ///< corner of `low`'s side: the edge runs from `corner` to the next one
+    };
+    std::vector<Side> sides;
+    sides.reserve(parent_.size());
+    for (std::uint32_t f = 0; f < faces.size(); ++f)
+      for (std::uint32_t i = 0; i < 3; ++i) {
+        const auto [low, high] = std::minmax(faces[f][i], faces[f][(i + 1) % 3]);
+        sides.push_back({low, high, f, i});
+      }
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+      return std::tie(a.low, a.high, a.face, a.corner) < std::tie(b.low, b.high, b.face, b.corner);
+    });
+    for (std::size_t i = 0; i < sides.size();) {
+      std::size_t end = i + 1;
+      while (end < sides.size() && sides[end].low == sides[i].low && sides[end].high == sides[i].high)
+        ++end;
+      if (end - i == 2) {
+        const Side& a = sides[i];
+        const Side& b = sides[i + 1];
+        const auto start = [](const Side& s) { return 3 * s.face + s.corner; };
+        const auto stop = [](const Side& s) { return 3 * s.face + (s.corner + 1) % 3; };
+        // Neighbours run along their common edge in opposite directions.
+        if (faces[a.face][a.corner] != faces[b.face][b.corner]) {
+          join(start(a), stop(b));
+          join(stop(a), start(b));
+        }
+      }
+      i = end;
+    }
+  }
+  [[nodiscard]] std::uint32_t of(std::uint32_t face, std::uint32_t corner) { return find(3 * face + corner); }
+
+private:
+  std::uint32_t find(std::uint32_t x) {
+    while (parent_[x] != x)
+      x = parent_[x] = parent_[parent_[x]];
+    return x;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+  std::vector<std::uint32_t> parent_;
+};
+
+} // namespace
+
+struct BoundarySurface::Impl {
+  explicit Impl(const std::vector<Point>& p) : positions(p) {}
+
+  const std::vector<Point>& positions;
+  double rounding = 0;
+  Surface surface;
+  std::vector<VertexHandle> handle;       ///< by mesh vertex; only one is kept where there are several (frozen)
+  std::vector<Point> centroids;           ///< samples behind the vertices: sample vertex_count + i
+  std::vector<std::uint32_t> next_sample; ///< by sample: the next one that the same face holds
+  FaceIndex index;
+
+  // The last simulation.
+  struct Left {
+    FaceHandle face;
+    std::array<Point, 3> x;
+  };
+  struct Held {
+    std::uint32_t sample;
+    std::uint32_t left;
+  };
+  std::vector<Left> left;
+  std::vector<Held> held;
+  std::vector<SlotId> hits;
+
+  [[nodiscard]] const Point& sample_position(std::uint32_t sample) const {
+    return sample < positions.size() ? positions[sample] : centroids[sample - positions.size()];
+  }
+  [[nodiscard]] HalfedgeHandle halfedge(Vertex vs, Vertex vd) {
+    if (!handle[vs].is_valid()) return HalfedgeHandle();
+    for (auto it = surface.cvoh_iter(handle[vs]); it.is_valid(); ++it)
+      if (surface.data(surface.to_vertex_handle(*it)).mesh_vertex == vd) return *it;
+    return HalfedgeHandle();
+  }
+  double hold(std::uint32_t sample) {
+    const Point& p = sample_position(sample);
+    double nearest = std::numeric_limits<double>::infinity();
+    std::uint32_t best = 0;
+    for (std::uint32_t i = 0; i < left.size(); ++i) {
+      const double d = closest_on_triangle(p, left[i].x[0], left[i].x[1], left[i].x[2]).distance_sq;
+      if (d < nearest) {
+        nearest = d;
+        best = i;
+      }
+    }
+    held.push_back({sample, best});
+    return nearest;
+  }
+};
+
+BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
+                                 std::vector<char>& frozen)
+    : impl_(std::make_unique<Impl>(positions)) {
+  Impl& m = *impl_;
+  m.rounding = kRounding * diagonal;
+  m.handle.resize(complex.vertex_count());
+  std::vector<Triangle> faces;
+  std::vector<SlotId> slots;
+  for (SlotId s = 0; s < complex.slot_count(); ++s)
+    if (complex.is_ghost(complex.slot(s))) {
+      faces.push_back(face_of(complex.slot(s), complex.dummy()));
+      slots.push_back(s);
+    }
+  CornerClasses classes(faces);
+  std::vector<VertexHandle> handle_of_class(3 * faces.size());
+  m.surface.reserve(faces.size() / 2 + 3, faces.size() * 3 / 2 + 3, faces.size());
+  m.next_sample.assign(positions.size() + faces.size(), kNone);
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    std::array<VertexHandle, 3> corners;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      VertexHandle& h = handle_of_class[classes.of(f, i)];
+      if (!h.is_valid()) {
+        const Vertex v = faces[f][i];
+        h = m.surface.add_vertex({positions[v][0], positions[v][1], positions[v][2]});
+        m.surface.data(h).mesh_vertex = v;
+        if (m.handle[v].is_valid()) frozen[v] = 1;
+        m.handle[v] = h;
+      }
+      corners[i] = h;
+    }
+    const FaceHandle face = m.surface.add_face(corners[0], corners[1], corners[2]);
+    const auto& x0 = positions[faces[f][0]];
+    const auto& x1 = positions[faces[f][1]];
+    const auto& x2 = positions[faces[f][2]];
+    m.centroids.push_back((1.0 / 3.0) * (x0 + x1 + x2));
+    if (face.is_valid())
+      m.surface.data(face).first_sample = static_cast<std::uint32_t>(positions.size() + f);
+    else
+      for (const Vertex v : faces[f])
+        frozen[v] = 1;
+  }
+  m.index.build(complex, positions, slots);
+}
+
+BoundarySurface::~BoundarySurface() = default;
+
+bool BoundarySurface::contains(Vertex v) const {
+  return impl_->handle[v].is_valid();
+}
+
+bool BoundarySurface::collapse_ok(Vertex vs, Vertex vd) {
+  const HalfedgeHandle h = impl_->halfedge(vs, vd);
+  return h.is_valid() && !impl_->surface.is_boundary(impl_->handle[vs]) && impl_->surface.is_collapse_ok(h);
+}
+
+double BoundarySurface::simulate(Vertex vs, Vertex vd) {
+  Impl& m = *impl_;
+  m.left.clear();
+  m.held.clear();
+  const VertexHandle hs = m.handle[vs];
+  const Point& target = m.positions[vd];
+  for (auto it = m.surface.cvf_iter(hs); it.is_valid(); ++it) {
+    Impl::Left face{*it, {}};
+    bool deleted = false;
+    std::size_t i = 0;
+    for (auto v = m.surface.cfv_iter(*it); v.is_valid(); ++v, ++i) {
+      const Vertex x = m.surface.data(*v).mesh_vertex;
+      deleted |= x == vd;
+      face.x[i] = x == vs ? target : m.positions[x];
+    }
+    if (!deleted) m.left.push_back(face);
+  }
+  double worst_sq = m.hold(vs);
+  for (auto it = m.surface.cvf_iter(hs); it.is_valid(); ++it)
+    for (std::uint32_t sample = m.surface.data(*it).first_sample; sample != kNone; sample = m.next_sample[sample])
+      worst_sq = std::max(worst_sq, m.hold(sample));
+  const double worst = std::sqrt(worst_sq);
+  return worst < m.rounding ? 0 : worst;
+}
+
+bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                      std::span<const SlotId> modified, std::span<const SlotId> deleted) {
+  Impl& m = *impl_;
+  const auto goes = [&](SlotId s) {
+    return std::find(modified.begin(), modified.end(), s) != modified.end() ||
+           std::find(deleted.begin(), deleted.end(), s) != deleted.end();
+  };
+  std::vector<Triangle> made;
+  bool moves = false;
+  for (const SlotId s : modified) {
+    if (!complex.is_ghost(complex.slot(s))) continue;
+    Triangle face = face_of(complex.slot(s), complex.dummy());
+    std::replace(face.begin(), face.end(), vs, vd);
+    made.push_back(face);
+    moves |= orientation(m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vs]) != 0;
+  }
+  // In its own plane the surface stays the same set of points, as the tets behind it stay positive.
+  if (!moves) return false;
+  const auto ids = [](const Triangle& t) { return Face{VertexId{t[0]}, VertexId{t[1]}, VertexId{t[2]}}; };
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    for (std::size_t j = i + 1; j < made.size(); ++j)
+      if (faces_meet_improperly(ids(made[i]), ids(made[j]), m.positions)) return true;
+    m.hits.clear();
+    m.index.query({m.positions[made[i][0]], m.positions[made[i][1]], m.positions[made[i][2]]}, m.hits);
+    for (const SlotId s : m.hits)
+      if (!goes(s) && faces_meet_improperly(ids(made[i]), ids(face_of(complex.slot(s), complex.dummy())), m.positions))
+        return true;
+  }
+  return false;
+}
+
+void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
+                               std::span<const SlotId> deleted) {
+  Impl& m = *impl_;
+  m.surface.collapse(m.halfedge(vs, vd));
+  m.handle[vs] = VertexHandle();
+  for (const Impl::Left& face : m.left)
+    m.surface.data(face.face).first_sample = kNone;
+  for (const Impl::Held& held : m.held) {
+    std::uint32_t& first = m.surface.data(m.left[held.left].face).first_sample;
+    m.next_sample[held.sample] = first;
+    first = held.sample;
+  }
+  for (const SlotId s : deleted)
+    if (complex.is_ghost(complex.slot(s))) m.index.erase(s);
+  for (const SlotId s : modified)
+    if (complex.is_ghost(complex.slot(s))) {
+      const Triangle face = face_of(complex.slot(s), complex.dummy());
+      m.index.replace(s, {m.positions[face[0]], m.positions[face[1]], m.positions[face[2]]});
+    }
+}
+
+} // namespace ptet::build

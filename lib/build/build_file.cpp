@@ -1,0 +1,63 @@
+#include "build/builder.hpp"
+#include "formats/ptet/manifest.hpp"
+#include "formats/ptet/writer.hpp"
+#include "mesh/prepare.hpp"
+#include "ptet/version.hpp"
+
+#include <charconv>
+#include <chrono>
+
+namespace ptet {
+namespace {
+
+std::string text_of(double value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
+std::string text_of(const Bound& bound) {
+  return bound.relative ? text_of(bound.value * 100) + "%" : text_of(bound.value);
+}
+
+/// The options as they were used; those that cannot change the result (threads) are left out.
+std::vector<std::pair<std::string, std::string>> describe(const BuildOptions& options, const PreparedMesh& prepared,
+                                                          const RecordStream& records) {
+  std::vector<std::pair<std::string, std::string>> described;
+  for (const GoverningField& field : records.fields)
+    described.emplace_back("field", prepared.mesh.point_arrays[field.array].name);
+  for (const FieldBound& bound : options.max_field_error)
+    described.emplace_back("max-field-error", (bound.field.empty() ? "" : bound.field + "=") + text_of(bound.bound));
+  described.emplace_back("max-domain-error", text_of(options.max_domain_error));
+  described.emplace_back("target-vertices", text_of(options.target_vertices));
+  described.emplace_back("min-quality", text_of(options.min_quality));
+  described.emplace_back("max-star", std::to_string(options.max_star));
+  described.emplace_back("round-fraction", text_of(options.round_fraction));
+  return described;
+}
+
+} // namespace
+
+BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions& options,
+                       const std::string& source_name, const std::string& source_hash,
+                       const ProgressCallback& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  BuildReport report;
+  report.input_vertices = mesh.vertex_count();
+  report.input_tets = mesh.tets.size();
+  const PreparedMesh prepared = prepare(std::move(mesh));
+  report.notes = prepared.notes;
+  const RecordStream records = build::build_records(prepared, options, report, progress);
+
+  file::Manifest manifest;
+  manifest.tool_version = kVersion;
+  manifest.source_name = source_name;
+  manifest.source_hash = source_hash;
+  manifest.options = describe(options, prepared, records);
+  manifest.notes = report.notes;
+  report.file_bytes = file::write(path, prepared.mesh, records, manifest, progress);
+  report.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+} // namespace ptet

@@ -1,0 +1,18 @@
+// Certification: after the collapses, the recorded field errors are replaced by exact ones.
+//
+// A version's error does not depend on the cut it stands in, so each can be measured by itself, in parallel, and holds
+// in every mesh that is ever extracted.
+#pragma once
+
+#include "build/normalized_fields.hpp"
+#include "ptet/progress.hpp"
+#include "record/stream.hpp"
+
+namespace ptet::build {
+
+/// Sets the field errors of every record to the exact maximum over its coarse versions and the domain.
+/// Runs in the caller's task arena. Throws Error(kCancelled).
+void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& fields, RecordStream& records,
+                          const ProgressCallback& progress);
+
+} // namespace ptet::build

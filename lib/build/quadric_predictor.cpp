@@ -1,0 +1,95 @@
+#include "build/quadric_predictor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ptet::build {
+namespace {
+
+double volume_of(const Slot& tet, const std::vector<Point>& positions) {
+  const Point& o = positions[tet.v[0]];
+  return std::abs(dot(positions[tet.v[1]] - o, cross(positions[tet.v[2]] - o, positions[tet.v[3]] - o))) / 6;
+}
+
+} // namespace
+
+QuadricPredictor::QuadricPredictor(const WorkingComplex& complex, const std::vector<Point>& positions,
+                                   const NormalizedFields& fields, double diagonal, std::vector<double> field_weight,
+                                   double domain_weight)
+    : positions_(positions), fields_(fields), channels_(fields.channel_count()), inverse_diagonal_(1 / diagonal),
+      field_weight_(std::move(field_weight)), domain_weight_(domain_weight), weight_(complex.vertex_count()),
+      field_quadrics_(complex.vertex_count() * channels_), plane_index_(complex.vertex_count(), kNone) {
+  double volume = 0;
+  std::size_t tets = 0;
+  for (SlotId s = 0; s < complex.slot_count(); ++s)
+    if (!complex.is_ghost(complex.slot(s))) {
+      volume += volume_of(complex.slot(s), positions);
+      ++tets;
+    }
+  const double mean_volume = tets > 0 && volume > 0 ? volume / static_cast<double>(tets) : 1;
+  for (SlotId s = 0; s < complex.slot_count(); ++s) {
+    const Slot& slot = complex.slot(s);
+    if (complex.is_ghost(slot))
+      add_boundary_face(slot, complex.dummy());
+    else
+      add_tet(slot, mean_volume);
+  }
+}
+
+void QuadricPredictor::add_tet(const Slot& tet, double mean_volume) {
+  const auto& v = tet.v;
+  const Vec3 e1 = inverse_diagonal_ * (positions_[v[1]] - positions_[v[0]]);
+  const Vec3 e2 = inverse_diagonal_ * (positions_[v[2]] - positions_[v[0]]);
+  const Vec3 e3 = inverse_diagonal_ * (positions_[v[3]] - positions_[v[0]]);
+  const Vec3 n1 = cross(e2, e3);
+  const Vec3 n2 = cross(e3, e1);
+  const Vec3 n3 = cross(e1, e2);
+  const double det = dot(e1, n1);
+  const double longest_sq = std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
+  // The gradient of a flat tet means nothing.
+  if (!(std::abs(det) > 1e-9 * longest_sq * std::sqrt(longest_sq))) return;
+  // Between counting tets (good for the maximum) and weighing by volume (good for the mean square): the root of the
+  // volume. At 10% of the vertices of an anisotropic mesh of 187 k tets, maximum and RMS in % of the range are
+  // 4.3 / .31 by count, 5.8 / .11 by root, 8.6 / .08 by volume.
+  const double w = std::sqrt(volume_of(tet, positions_) / mean_volume);
+  for (const Vertex x : v)
+    weight_[x] += w;
+  const double* const f0 = fields_.at(v[0]);
+  const double* const f1 = fields_.at(v[1]);
+  const double* const f2 = fields_.at(v[2]);
+  const double* const f3 = fields_.at(v[3]);
+  for (std::size_t c = 0; c < channels_; ++c) {
+    const Vec3 gradient = (1 / det) * ((f1[c] - f0[c]) * n1 + (f2[c] - f0[c]) * n2 + (f3[c] - f0[c]) * n3);
+    for (const Vertex x : v)
+      field_quadrics_[x * channels_ + c].add_tet(w, gradient);
+  }
+}
+
+void QuadricPredictor::add_boundary_face(const Slot& ghost, Vertex dummy) {
+  std::array<Vertex, 3> face{};
+  std::copy_if(ghost.v.begin(), ghost.v.end(), face.begin(), [&](Vertex x) { return x != dummy; });
+  const Vec3 normal = cross(positions_[face[1]] - positions_[face[0]], positions_[face[2]] - positions_[face[0]]);
+  const double length = std::sqrt(dot(normal, normal));
+  for (const Vertex x : face) {
+    if (plane_index_[x] == kNone) {
+      plane_index_[x] = static_cast<std::uint32_t>(plane_quadrics_.size());
+      plane_quadrics_.emplace_back();
+    }
+    if (length > 0) plane_quadrics_[plane_index_[x]].add_plane(1, (1 / length) * normal);
+  }
+}
+
+void QuadricPredictor::merge(Vertex vs, Vertex vd) {
+  // vs as seen from vd: the frame moves from vs to vd.
+  const Vec3 t = inverse_diagonal_ * (positions_[vd] - positions_[vs]);
+  const double* const f_vs = fields_.at(vs);
+  const double* const f_vd = fields_.at(vd);
+  for (std::size_t c = 0; c < channels_; ++c)
+    field_quadrics_[vd * channels_ + c].add_moved(field_quadrics_[vs * channels_ + c], t, f_vd[c] - f_vs[c],
+                                                  weight_[vs]);
+  weight_[vd] += weight_[vs];
+  if (plane_index_[vs] != kNone && plane_index_[vd] != kNone)
+    plane_quadrics_[plane_index_[vd]].add_moved(plane_quadrics_[plane_index_[vs]], t);
+}
+
+} // namespace ptet::build

@@ -1,0 +1,91 @@
+#include "build/working_complex.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace ptet::build {
+
+WorkingComplex::WorkingComplex(std::uint32_t vertex_count, std::span<const Tet> tets,
+                               std::span<const std::array<VertexId, 3>> boundary_faces)
+    : dummy_(vertex_count), stars_(vertex_count) {
+  slots_.reserve(tets.size() + boundary_faces.size());
+  const auto add = [&](std::array<Vertex, 4> v) {
+    slots_.push_back({v, static_cast<std::uint32_t>(slots_.size()), 0.0F, 0});
+    for (const Vertex x : v)
+      if (x != dummy_) ++stars_[x].capacity;
+  };
+  for (const Tet& t : tets)
+    add({t[0].index(), t[1].index(), t[2].index(), t[3].index()});
+  // An outward face has its normal towards the dummy: (a, b, c, dummy) is positive.
+  for (const auto& f : boundary_faces)
+    add({f[0].index(), f[1].index(), f[2].index(), dummy_});
+
+  std::uint32_t begin = 0;
+  for (Star& star : stars_) {
+    star.begin = begin;
+    begin += star.capacity;
+  }
+  pool_.resize(begin);
+  for (SlotId s = 0; s < slots_.size(); ++s)
+    for (const Vertex x : slots_[s].v)
+      if (x != dummy_) pool_[stars_[x].begin + stars_[x].size++] = s;
+}
+
+void WorkingComplex::remove_from_star(Vertex v, SlotId s) {
+  Star& star = stars_[v];
+  SlotId* const first = pool_.data() + star.begin;
+  SlotId* const found = std::find(first, first + star.size, s);
+  assert(found != first + star.size);
+  // The order is kept: what is done with a star must not depend on how it came about.
+  std::copy(found + 1, first + star.size, found);
+  --star.size;
+}
+
+void WorkingComplex::collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified) {
+  for (const SlotId s : deleted)
+    for (const Vertex x : slots_[s].v)
+      if (x != vs && x != dummy_) remove_from_star(x, s);
+  for (const SlotId s : modified)
+    *std::find(slots_[s].v.begin(), slots_[s].v.end(), vs) = vd;
+
+  Star& from = stars_[vs];
+  Star& to = stars_[vd];
+  const auto new_size = static_cast<std::uint32_t>(to.size + modified.size());
+  if (new_size > to.capacity) {
+    Star moved;
+    if (from.capacity >= new_size) {
+      // `modified` may be a view of a caller's list, but not of this chunk: it is a copy of the star's parts.
+      moved = {from.begin, to.size, from.capacity};
+    } else {
+      moved = {static_cast<std::uint32_t>(pool_.size()), to.size, new_size + new_size / 2};
+      pool_.resize(pool_.size() + moved.capacity);
+    }
+    std::copy_n(pool_.begin() + to.begin, to.size, pool_.begin() + moved.begin);
+    to = moved;
+  }
+  std::copy(modified.begin(), modified.end(), pool_.begin() + to.begin + to.size);
+  to.size = new_size;
+  from = {};
+}
+
+std::string WorkingComplex::validate() const {
+  for (Vertex v = 0; v < stars_.size(); ++v) {
+    if (stars_[v].size > stars_[v].capacity) return "star of vertex " + std::to_string(v) + " passes its capacity";
+    for (const SlotId s : star(v)) {
+      if (s >= slots_.size()) return "star of vertex " + std::to_string(v) + " names slot " + std::to_string(s);
+      const auto& corners = slots_[s].v;
+      if (std::count(corners.begin(), corners.end(), v) != 1)
+        return "slot " + std::to_string(s) + " stands in the star of vertex " + std::to_string(v) +
+               " without it as one corner";
+      for (const Vertex x : corners) {
+        if (x == dummy_) continue;
+        const auto other = star(x);
+        if (std::find(other.begin(), other.end(), s) == other.end())
+          return "slot " + std::to_string(s) + " is missing in the star of its vertex " + std::to_string(x);
+      }
+    }
+  }
+  return {};
+}
+
+} // namespace ptet::build

@@ -1,0 +1,79 @@
+// The working complex: the mesh while it is being collapsed, made for speed and nothing else.
+//
+//   slots   one row for each tet and each ghost (boundary face joined to the dummy vertex). A modified tet keeps its
+//           slot, a deleted one leaves its slot dead for good; nothing else ever moves.
+//   stars   for each vertex the slots around it, ghosts included, in one pool:
+//
+//             stars_[v] = { begin, size, capacity }  ->  pool_[begin .. begin+size)
+//
+//           kept exact by every collapse, so that no list ever holds a dead slot.
+//
+// Vertices are plain row numbers here; the dummy vertex is the row behind the last one, so that mark arrays may be
+// indexed with it.
+#pragma once
+
+#include "ptet/mesh.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ptet::build {
+
+using Vertex = std::uint32_t;
+using SlotId = std::uint32_t;
+inline constexpr std::uint32_t kNone = 0xffffffffU;
+
+struct Slot {
+  std::array<Vertex, 4> v;
+  std::uint32_t version;             ///< row in RecordStream::versions
+  float quality;                     ///< 6 sqrt(2) V / Lmax^3; 0 for ghosts
+  std::uint32_t height;              ///< longest chain of records below the version; 0 for an original one
+  std::uint32_t first_point = kNone; ///< head of the list of removed vertices that the tet holds
+};
+
+class WorkingComplex {
+public:
+  /// Tets first, then a ghost for each outward oriented boundary face.
+  WorkingComplex(std::uint32_t vertex_count, std::span<const Tet> tets,
+                 std::span<const std::array<VertexId, 3>> boundary_faces);
+
+  [[nodiscard]] std::uint32_t vertex_count() const { return dummy_; }
+  [[nodiscard]] Vertex dummy() const { return dummy_; }
+  [[nodiscard]] std::uint32_t slot_count() const { return static_cast<std::uint32_t>(slots_.size()); }
+  [[nodiscard]] Slot& slot(SlotId s) { return slots_[s]; }
+  [[nodiscard]] const Slot& slot(SlotId s) const { return slots_[s]; }
+  [[nodiscard]] bool is_ghost(const Slot& s) const {
+    return s.v[0] == dummy_ || s.v[1] == dummy_ || s.v[2] == dummy_ || s.v[3] == dummy_;
+  }
+  [[nodiscard]] std::span<const SlotId> star(Vertex v) const {
+    const Star& star = stars_[v];
+    return {pool_.data() + star.begin, star.size};
+  }
+  [[nodiscard]] bool alive(Vertex v) const { return stars_[v].size != 0; }
+
+  /// Half-edge collapse vs -> vd: `deleted` are the slots that hold both, `modified` the rest of star(vs).
+  /// The caller has checked that this is allowed.
+  void collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified);
+
+  /// Explains the first broken invariant; empty when all hold. O(slots).
+  [[nodiscard]] std::string validate() const;
+
+private:
+  struct Star {
+    std::uint32_t begin = 0;
+    std::uint32_t size = 0;
+    std::uint32_t capacity = 0;
+  };
+
+  void remove_from_star(Vertex v, SlotId s);
+
+  Vertex dummy_;
+  std::vector<Slot> slots_;
+  std::vector<Star> stars_;
+  std::vector<SlotId> pool_;
+};
+
+} // namespace ptet::build

@@ -1,0 +1,265 @@
+#include "error/exact_field_error.hpp"
+
+#include "mesh/vec3.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/box.hpp>
+#include <boost/geometry/geometries/point.hpp>
+#include <boost/geometry/index/rtree.hpp>
+
+namespace ptet {
+using namespace vec;
+namespace {
+
+using BoxPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
+using BoostBox = boost::geometry::model::box<BoxPoint>;
+using FaceTree = boost::geometry::index::rtree<std::pair<BoostBox, HalfFace>, boost::geometry::index::linear<16>>;
+
+BoostBox box_of(std::span<const Point> points) {
+  Point low = points[0];
+  Point high = points[0];
+  for (const Point& p : points)
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], p[i]);
+      high[i] = std::max(high[i], p[i]);
+    }
+  return {BoxPoint(low[0], low[1], low[2]), BoxPoint(high[0], high[1], high[2])};
+}
+
+} // namespace
+
+struct ExactFieldError::Impl {
+  Impl(const PreparedMesh& p, ChannelView c)
+      : prepared(p), channels(c), faces(build_face_table(p.mesh.tets, p.used_vertex_count)) {
+    std::vector<std::pair<BoostBox, HalfFace>> boundary;
+    for (HalfFace h = 0; h < faces.mate.size(); ++h)
+      if (faces.is_boundary(h)) {
+        const Face face = face_of(prepared.mesh.tets, h);
+        const std::array<Point, 3> x{point(face[0]), point(face[1]), point(face[2])};
+        boundary.emplace_back(box_of(x), h);
+      }
+    boundary_tree = FaceTree(boundary.begin(), boundary.end());
+    std::vector<std::uint32_t> count(p.used_vertex_count + 1);
+    for (const Tet& tet : p.mesh.tets)
+      for (const VertexId v : tet)
+        ++count[v.index() + 1];
+    for (std::size_t v = 1; v < count.size(); ++v)
+      count[v] += count[v - 1];
+    star_begin = count;
+    star.resize(4 * p.mesh.tets.size());
+    for (std::uint32_t t = 0; t < p.mesh.tets.size(); ++t)
+      for (const VertexId v : p.mesh.tets[t])
+        star[count[v.index()]++] = t;
+  }
+
+  [[nodiscard]] const Point& point(VertexId v) const { return prepared.points[v.index()]; }
+
+  const PreparedMesh& prepared;
+  ChannelView channels;
+  FaceTable faces;
+  std::vector<std::uint32_t> star_begin; ///< by vertex, into `star`
+  std::vector<std::uint32_t> star;       ///< tets around each vertex
+  FaceTree boundary_tree;
+};
+
+ExactFieldError::Workspace::Workspace(const ExactFieldError& original)
+    : vertices(original.impl_->prepared.used_vertex_count),
+      differences(original.impl_->prepared.used_vertex_count * original.impl_->channels.channels),
+      tet_stamp(original.impl_->prepared.mesh.tets.size()) {}
+
+ExactFieldError::ExactFieldError(const PreparedMesh& prepared, ChannelView channels)
+    : impl_(std::make_unique<Impl>(prepared, channels)) {}
+ExactFieldError::~ExactFieldError() = default;
+
+/// One measurement: the walk over the original tets that a version meets.
+class ExactFieldError::Walk {
+public:
+  Walk(const Impl& original, const Tet& version, Workspace& w, std::span<double> errors)
+      : original_(original), channels_(original.channels.channels), version_(version), w_(w), errors_(errors) {}
+
+  void run() {
+    if (!begin()) return;
+    const std::uint32_t corner = version_[0].index();
+    for (std::uint32_t i = original_.star_begin[corner]; i != original_.star_begin[corner + 1]; ++i)
+      enter(original_.star[i]);
+    // Nothing of the domain in this corner of the version: it sticks out here.
+    if (w_.queue.empty()) met_boundary_ = true;
+    walk();
+    if (!met_boundary_) return;
+    namespace bgi = boost::geometry::index;
+    std::array<Point, 4> x;
+    for (std::size_t i = 0; i < 4; ++i)
+      x[i] = original_.point(version_[i]);
+    for (auto it = original_.boundary_tree.qbegin(bgi::intersects(box_of(x))); it != original_.boundary_tree.qend();
+         ++it)
+      enter(it->second / 4);
+    for (const VertexId v : version_)
+      for (std::uint32_t i = original_.star_begin[v.index()]; i != original_.star_begin[v.index() + 1]; ++i)
+        enter(original_.star[i]);
+    walk();
+  }
+
+private:
+  /// A tet's stamp while it waits in the queue and after it has left it.
+  [[nodiscard]] std::uint32_t queued() const { return w_.stamp; }
+  [[nodiscard]] std::uint32_t done() const { return w_.stamp + 1; }
+
+  /// False for a flat version.
+  bool begin() {
+    origin_ = original_.point(version_[0]);
+    const Vec3 e1 = original_.point(version_[1]) - origin_;
+    const Vec3 e2 = original_.point(version_[2]) - origin_;
+    const Vec3 e3 = original_.point(version_[3]) - origin_;
+    const Vec3 n1 = cross(e2, e3);
+    const double det = dot(e1, n1);
+    if (!(det > 0) || !std::isfinite(1 / det)) return false;
+    row_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
+    w_.queue.clear();
+    w_.stamp += 2;
+    if (w_.stamp < 2) { // the stamps have gone round
+      for (auto& vertex : w_.vertices)
+        vertex.stamp = 0;
+      std::fill(w_.tet_stamp.begin(), w_.tet_stamp.end(), 0);
+      w_.stamp = 2;
+    }
+    return true;
+  }
+
+  const Workspace::Vertex& look_at(VertexId v) {
+    Workspace::Vertex& seen = w_.vertices[v.index()];
+    if (seen.stamp == w_.stamp) return seen;
+    seen.stamp = w_.stamp;
+    const Vec3 d = original_.point(v) - origin_;
+    const double b1 = dot(row_[0], d);
+    const double b2 = dot(row_[1], d);
+    const double b3 = dot(row_[2], d);
+    seen.barycentric = {1 - b1 - b2 - b3, b1, b2, b3};
+    const double* const values = original_.channels.values.data();
+    double* const difference = &w_.differences[v.index() * channels_];
+    for (std::size_t c = 0; c < channels_; ++c) {
+      double interpolated = 0;
+      for (std::size_t i = 0; i < 4; ++i)
+        interpolated += seen.barycentric[i] * values[version_[i].index() * channels_ + c];
+      difference[c] = values[v.index() * channels_ + c] - interpolated;
+    }
+    return seen;
+  }
+
+  /// Whether one plane of the version has all the vertices on its outer side (or on it).
+  template <std::size_t N>
+  [[nodiscard]] static bool apart(const std::array<const Workspace::Vertex*, N>& vertices) {
+    for (std::size_t i = 0; i < 4; ++i)
+      if (std::all_of(vertices.begin(), vertices.end(),
+                      [i](const Workspace::Vertex* v) { return v->barycentric[i] <= 0; }))
+        return true;
+    return false;
+  }
+
+  void enter(std::uint32_t t) {
+    if (w_.tet_stamp[t] >= queued()) return;
+    const Tet& tet = original_.prepared.mesh.tets[t];
+    if (apart<4>({&look_at(tet[0]), &look_at(tet[1]), &look_at(tet[2]), &look_at(tet[3])})) return;
+    w_.tet_stamp[t] = queued();
+    w_.queue.push_back(t);
+  }
+
+  void walk() {
+    for (; next_ < w_.queue.size(); ++next_) {
+      const std::uint32_t t = w_.queue[next_];
+      w_.tet_stamp[t] = done();
+      for (HalfFace h = 4 * t; h < 4 * t + 4; ++h) {
+        const std::uint32_t other = original_.faces.mate[h] / 4;
+        const bool boundary = original_.faces.is_boundary(h);
+        if (!boundary && w_.tet_stamp[other] == done()) continue; // the face was seen from there
+        const Face face = face_of(original_.prepared.mesh.tets, h);
+        const std::array<const Workspace::Vertex*, 3> v{&look_at(face[0]), &look_at(face[1]), &look_at(face[2])};
+        if (apart<3>(v)) continue;
+        see_face(face, v);
+        if (boundary)
+          met_boundary_ = true;
+        else if (w_.tet_stamp[other] < queued()) {
+          w_.tet_stamp[other] = queued();
+          w_.queue.push_back(other);
+        }
+      }
+    }
+  }
+
+  /// Raises the errors by those on the part of an original face in the version.
+  void see_face(const Face& face, const std::array<const Workspace::Vertex*, 3>& v) {
+    // The difference is linear on the face: its norm is greatest at one of the three vertices.
+    bool worth_clipping = false;
+    for (const VertexId x : face)
+      worth_clipping |= passes(&w_.differences[x.index() * channels_], false);
+    if (!worth_clipping) return;
+    // A row of the polygon: barycentric coordinates, then differences.
+    const std::size_t row = 4 + channels_;
+    w_.polygon.resize(3 * row);
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::copy(v[i]->barycentric.begin(), v[i]->barycentric.end(), &w_.polygon[i * row]);
+      std::copy_n(&w_.differences[face[i].index() * channels_], channels_, &w_.polygon[i * row + 4]);
+    }
+    for (std::size_t plane = 0; plane < 4 && !w_.polygon.empty(); ++plane)
+      clip(plane, row);
+    for (std::size_t i = 0; i < w_.polygon.size(); i += row)
+      passes(&w_.polygon[i + 4], true);
+  }
+
+  /// Keeps the part of the polygon where barycentric coordinate `plane` is not negative (Sutherland and Hodgman 1974).
+  void clip(std::size_t plane, std::size_t row) {
+    auto& in = w_.polygon;
+    auto& out = w_.clipped;
+    const std::size_t n = in.size() / row;
+    bool all_inside = true;
+    for (std::size_t i = 0; i < n; ++i)
+      all_inside &= in[i * row + plane] >= 0;
+    if (all_inside) return;
+    out.clear();
+    for (std::size_t i = 0; i < n; ++i) {
+      const double* const a = &in[i * row];
+      const double* const b = &in[((i + 1) % n) * row];
+      if (a[plane] >= 0) out.insert(out.end(), a, a + row);
+      if ((a[plane] >= 0) == (b[plane] >= 0)) continue;
+      const double s = a[plane] / (a[plane] - b[plane]);
+      for (std::size_t k = 0; k < row; ++k)
+        out.push_back(a[k] + s * (b[k] - a[k]));
+    }
+    in.swap(out);
+  }
+
+  /// Whether the difference is greater than the error of some field so far; raises the errors to it if asked to.
+  bool passes(const double* difference, bool raise) {
+    bool greater = false;
+    double sum_sq = 0;
+    for (std::size_t c = 0; c < channels_; ++c) {
+      sum_sq += difference[c] * difference[c];
+      const std::size_t field = original_.channels.field_of[c];
+      if (c + 1 != channels_ && original_.channels.field_of[c + 1] == field) continue;
+      if (sum_sq > errors_[field] * errors_[field]) {
+        greater = true;
+        if (raise) errors_[field] = std::sqrt(sum_sq);
+      }
+      sum_sq = 0;
+    }
+    return greater;
+  }
+
+  const Impl& original_;
+  std::size_t channels_;
+  const Tet& version_;
+  Workspace& w_;
+  std::span<double> errors_;
+  Point origin_{};
+  std::array<Vec3, 3> row_{};
+  std::size_t next_ = 0;
+  bool met_boundary_ = false;
+};
+
+void ExactFieldError::measure(const Tet& version, Workspace& workspace, std::span<double> errors) const {
+  Walk(*impl_, version, workspace, errors).run();
+}
+
+} // namespace ptet

@@ -1,0 +1,89 @@
+// The offline wing: from a mesh to a .ptet file.
+#pragma once
+
+#include "ptet/bounds.hpp"
+#include "ptet/mesh.hpp"
+#include "ptet/progress.hpp"
+#include "ptet/validate.hpp"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ptet {
+
+/// What became of one half-edge collapse that was tried. Every refusal is counted in the build report.
+enum class CollapseStatus : std::uint8_t {
+  kAccepted,
+  kFrozenVertex,     ///< the vertex lies where the mesh is not a manifold, or beside a defect
+  kBoundaryVertex,   ///< a boundary vertex may only move along an edge of the boundary
+  kLinkCondition,    ///< Lk(vs) n Lk(vd) != Lk(e), boundary closed by the dummy vertex
+  kStarTooLarge,     ///< the star of the target would pass the cap
+  kInverted,         ///< a modified tet would not be positively oriented (exact predicate)
+  kQuality,          ///< a modified tet would be below the floor and worse than the worst of the old star
+  kSurfaceTopology,  ///< the boundary surface would stop being a manifold
+  kSelfIntersection, ///< the boundary would meet another part of itself
+  kDomainError,      ///< the domain error would pass its hard limit
+  kFieldError,       ///< a field error would pass its limit
+};
+inline constexpr std::size_t kCollapseStatusCount = 11;
+[[nodiscard]] std::string_view name_of(CollapseStatus status);
+
+struct BuildOptions {
+  /// Names of the point arrays whose errors are measured, recorded and kept small; empty: every floating-point array,
+  /// and if there is none every array. The other arrays are carried along, bit for bit.
+  std::vector<std::string> fields;
+  /// No collapse whose field error would pass its bound is accepted. Empty: no limit.
+  std::vector<FieldBound> max_field_error;
+  /// Hard limit on the domain error of a collapse.
+  Bound max_domain_error{0.02, true};
+  /// Stop at this number of vertices, or at this fraction of them when < 1. The build also stops when nothing more can
+  /// be collapsed; the report says which.
+  double target_vertices = 0.01;
+  /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
+  /// it is no worse than the worst of the star it comes from.
+  double min_quality = 1e-3;
+  /// Cap on the number of tets and boundary faces around a vertex after a collapse.
+  std::uint32_t max_star = 64;
+  /// The best part of the candidates that a round may take; in (0, 1].
+  double round_fraction = 0.3;
+  /// Worker threads; 0: as many as the machine has. The output does not depend on it.
+  unsigned threads = 0;
+};
+
+struct BuildReport {
+  std::uint64_t input_vertices = 0;
+  std::uint64_t input_tets = 0;
+  std::uint64_t base_vertices = 0;
+  std::uint64_t base_tets = 0;
+  std::uint64_t records = 0;
+  std::uint32_t rounds = 0;
+  std::uint32_t depth = 0;                                     ///< longest chain of records that depend on one another
+  std::array<std::uint64_t, kCollapseStatusCount> collapses{}; ///< tries by CollapseStatus
+  /// "target", or "no candidate left" with what stands against each half-edge that is left.
+  std::string stopped_by;
+  std::vector<std::pair<std::string, double>> field_error; ///< largest recorded, by field, absolute
+  double domain_error = 0;                                 ///< largest recorded, mesh units
+  std::vector<std::string> notes;                          ///< what was found in the input and done about it
+  std::uint64_t file_bytes = 0;
+  double collapse_seconds = 0; ///< wall time of the collapse loop, candidates and checks included
+  double total_seconds = 0;
+};
+
+/// Simplifies `mesh` and writes all its levels to `path`, through a temporary file beside it that is synced and then
+/// renamed: under `path` there is the old file or the whole new one.
+///
+/// Returns the report of the build.
+/// `source_name` and `source_hash` go into the manifest as provenance; either may be empty.
+/// Throws Error: kBadArgument (options), kBadInput (mesh, fields), kIo, kLimit, kCancelled. Nothing is left behind.
+/// Thread rule: uses options.threads threads. Same input and options: same bytes.
+/// Source: Cignoni et al., Simplification of Tetrahedral Meshes with Accurate Error Evaluation, IEEE Vis 2000,
+/// sections 4 and 5.
+BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions& options = {},
+                       const std::string& source_name = {}, const std::string& source_hash = {},
+                       const ProgressCallback& progress = {});
+
+} // namespace ptet

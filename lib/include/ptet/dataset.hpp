@@ -1,0 +1,135 @@
+// The run-time wing: an opened .ptet file, a request, and the mesh that answers it.
+//
+//   Dataset --extract(Request)--> Extraction { mesh, origin of each vertex and tet, boundary faces, errors achieved }
+//
+// A request is met by a cut: a set of applied splits that is closed under dependency, so that the extracted mesh is
+// conforming whatever was asked (De Floriani, Magillo, Puppo, Danovaro: multi-tessellations).
+#pragma once
+
+#include "ptet/bounds.hpp"
+#include "ptet/error.hpp"
+#include "ptet/mesh.hpp"
+#include "ptet/progress.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace ptet {
+
+/// An axis-parallel box, closed.
+struct Box {
+  Point min{};
+  Point max{};
+};
+/// A ball, closed.
+struct Sphere {
+  Point centre{};
+  double radius = 0;
+};
+using FocusRegion = std::variant<Box, Sphere>;
+
+struct Request {
+  /// Bounds on field errors over the whole domain; a bound with an empty name is for every governing field.
+  std::vector<FieldBound> field_error;
+  std::optional<Bound> domain_error;
+  /// Budgets: the smallest error that fits, by refining the worst record first. The base mesh and what the focus
+  /// needs are there in any case, even where they pass a budget.
+  std::optional<std::uint64_t> max_tets;
+  std::optional<std::uint64_t> max_vertices;
+  /// Inside these regions the error is `focus_error` (0: every tet that meets the region is an original one).
+  /// Outside, only what the other parts of the request ask for.
+  std::vector<FocusRegion> focus;
+  /// Largest allowed field error inside the focus, for every governing field; a domain error is allowed nowhere there
+  /// unless the value is greater than 0, and then up to the same fraction of its scale.
+  Bound focus_error{0, true};
+  /// Also fill Extraction::made_by, and state the errors achieved as tightly as they are known. This reads all of the
+  /// file: what made a tet is often told by a record that is not needed for the mesh.
+  bool origins = false;
+};
+// A request with no bound, budget or focus asks for the original mesh.
+
+/// What kept the mesh from being finer.
+enum class LimitedBy {
+  kNothing, ///< it is the original mesh
+  kError,   ///< the asked error was reached
+  kFocus,   ///< the focus was reached, nothing else was asked
+  kBudget,  ///< the next split does not fit the budget
+};
+[[nodiscard]] const char* name_of(LimitedBy limit);
+
+struct FieldInfo {
+  std::string name;
+  ScalarType type = ScalarType::kFloat32;
+  std::uint32_t components = 1;
+  bool governing = false; ///< its errors are in the file
+  double range = 0;       ///< largest minus least value; for vectors the diagonal of the box of values
+};
+
+struct DatasetInfo {
+  std::uint64_t vertices = 0; ///< of the original
+  std::uint64_t tets = 0;
+  std::uint64_t base_vertices = 0;
+  std::uint64_t base_tets = 0;
+  std::uint64_t records = 0;
+  std::uint64_t blocks = 0;
+  std::uint64_t file_bytes = 0;
+  ScalarType position_type = ScalarType::kFloat32;
+  std::vector<FieldInfo> fields;
+  Point box_min{};
+  Point box_max{};
+  double diagonal = 0;
+  std::vector<double> max_field_error; ///< of the base mesh, one per governing field, in the order of `fields`
+  double max_domain_error = 0;
+  std::string provenance_json; ///< the manifest as JSON text: tool version, options, input name and hash
+};
+
+struct Extraction {
+  TetMesh mesh; ///< only the vertices that its tets use (all of them when it is the original)
+  /// For each vertex its id in the file: stable from request to request.
+  std::vector<VertexId> vertex_in_file;
+  /// For each tet the record that made it; none: the tet is an original one, its error is 0. Only when
+  /// Request::origins is set, else empty.
+  std::vector<RecordId> made_by;
+  /// Outward oriented boundary faces of `mesh`.
+  std::vector<std::array<VertexId, 3>> boundary_faces;
+  /// Bounds, never too small, on the error of any tet of the mesh, one per governing field, in field units; and of any
+  /// boundary face. Where a tet's record is not read for this request, the largest error of its block counts.
+  std::vector<double> field_error;
+  double domain_error = 0;
+  LimitedBy limited_by = LimitedBy::kNothing;
+  std::uint64_t bytes_read = 0; ///< from the file for this dataset so far, opening included
+  double seconds = 0;           ///< wall time of the call
+};
+
+/// An opened .ptet file. Shared and const: any number of threads may extract from one Dataset at a time
+/// (blocks are read under an internal lock).
+class Dataset {
+public:
+  /// Reads header, manifest, table and base mesh; record blocks are read as cuts need them.
+  /// Throws Error: kIo, kCorruptFile (with byte offset), kLimit.
+  [[nodiscard]] static std::shared_ptr<const Dataset> open(const std::string& path);
+  /// The same over bytes in memory, which are copied.
+  [[nodiscard]] static std::shared_ptr<const Dataset> open_memory(std::vector<std::byte> bytes);
+
+  [[nodiscard]] const DatasetInfo& info() const;
+
+  /// The mesh that answers `request`.
+  /// Throws Error: kBadArgument (unknown field, negative or non-finite bound, empty box), kCorruptFile, kIo,
+  /// kCancelled. Same request, same mesh, whatever was asked before. Cost: proportional to the mesh and to the blocks
+  /// first read.
+  [[nodiscard]] Extraction extract(const Request& request, const ProgressCallback& progress = {}) const;
+
+  class Impl;
+  explicit Dataset(std::unique_ptr<Impl> impl);
+  ~Dataset();
+  Dataset(const Dataset&) = delete;
+  Dataset& operator=(const Dataset&) = delete;
+
+private:
+  std::unique_ptr<Impl> impl_;
+};
+
+} // namespace ptet

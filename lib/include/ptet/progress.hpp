@@ -1,0 +1,20 @@
+// Progress and cancellation go through one callback; the library itself never prints.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
+namespace ptet {
+
+struct Progress {
+  std::string_view stage; ///< a short verb phrase, such as "collapsing"
+  std::uint64_t done = 0;
+  std::uint64_t total = 0; ///< 0: unknown
+};
+
+/// Called from the thread that called the library, at most some hundred times a second.
+/// Returning false cancels: the running call throws Error with ErrorCode::kCancelled and leaves nothing behind.
+using ProgressCallback = std::function<bool(const Progress&)>;
+
+} // namespace ptet

@@ -1,0 +1,24 @@
+// The cut that answers a request: which splits are applied. Always closed: with a record come its parents, the
+// records that made what its split replaces.
+#pragma once
+
+#include "lod/hierarchy.hpp"
+#include "lod/request.hpp"
+
+namespace ptet {
+
+struct Cut {
+  std::vector<char> applied; ///< by record
+  std::uint32_t count = 0;
+  /// Blocks that the request depends on, closed. A function of the request alone; more may be in memory.
+  BlockSet read;
+  LimitedBy limited_by = LimitedBy::kNothing;
+};
+
+/// Reads the blocks it needs. Thread rule: see Hierarchy. `progress` is called between reads.
+[[nodiscard]] Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress);
+
+/// Explains why a cut is not closed; empty when it is. The lock must be held.
+[[nodiscard]] std::string validate(const Cut& cut, const Refinement& refinement);
+
+} // namespace ptet

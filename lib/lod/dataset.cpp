@@ -1,0 +1,98 @@
+#include "ptet/dataset.hpp"
+
+#include "lod/extraction.hpp"
+
+#include <chrono>
+
+#include <nlohmann/json.hpp>
+
+namespace ptet {
+namespace {
+
+std::string to_json(const file::Manifest& manifest) {
+  nlohmann::ordered_json json = {{"tool_version", manifest.tool_version},
+                                 {"source_name", manifest.source_name},
+                                 {"source_hash", manifest.source_hash},
+                                 {"options", nlohmann::ordered_json::object()},
+                                 {"notes", manifest.notes}};
+  for (const auto& [name, value] : manifest.options)
+    json["options"][name] = value;
+  // What the file calls text need not be any.
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+DatasetInfo describe(const Hierarchy& hierarchy) {
+  const file::Header& header = hierarchy.header();
+  DatasetInfo info;
+  info.vertices = std::uint64_t{header.base_vertex_count} + header.record_count;
+  info.tets = header.tet_count;
+  info.base_vertices = header.base_vertex_count;
+  info.base_tets = header.base_tet_count;
+  info.records = header.record_count;
+  info.blocks = hierarchy.blocks().size();
+  info.file_bytes = hierarchy.file_bytes();
+  info.position_type = header.position_type;
+  info.box_min = header.box_min;
+  info.box_max = header.box_max;
+  info.diagonal = header.diagonal;
+  std::vector<ErrorCode16> most(hierarchy.errors_per_record(), 0);
+  for (const file::BlockInfo& block : hierarchy.blocks())
+    for (std::size_t i = 0; i < most.size(); ++i)
+      most[i] = std::max(most[i], block.max_error[i]);
+  for (const file::ArrayInfo& array : header.arrays) {
+    info.fields.push_back({array.name, array.type, array.components, array.governing, array.range});
+    if (array.governing) info.max_field_error.push_back(decode_error(most[info.max_field_error.size()], array.range));
+  }
+  info.max_domain_error = decode_error(most.back(), header.diagonal);
+  info.provenance_json = to_json(hierarchy.manifest());
+  return info;
+}
+
+} // namespace
+
+class Dataset::Impl {
+public:
+  explicit Impl(std::unique_ptr<file::Source> source) : hierarchy(std::move(source)), info(describe(hierarchy)) {}
+
+  mutable Hierarchy hierarchy; ///< what is read grows behind a const Dataset
+  DatasetInfo info;
+};
+
+const char* name_of(LimitedBy limit) {
+  switch (limit) {
+  case LimitedBy::kNothing: return "nothing";
+  case LimitedBy::kError: return "error";
+  case LimitedBy::kFocus: return "focus";
+  case LimitedBy::kBudget: return "budget";
+  }
+  return "unknown";
+}
+
+Dataset::Dataset(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Dataset::~Dataset() = default;
+
+std::shared_ptr<const Dataset> Dataset::open(const std::string& path) {
+  return std::make_shared<const Dataset>(std::make_unique<Impl>(file::open_file(path)));
+}
+
+std::shared_ptr<const Dataset> Dataset::open_memory(std::vector<std::byte> bytes) {
+  return std::make_shared<const Dataset>(std::make_unique<Impl>(file::over_memory(std::move(bytes))));
+}
+
+const DatasetInfo& Dataset::info() const {
+  return impl_->info;
+}
+
+Extraction Dataset::extract(const Request& request, const ProgressCallback& progress) const {
+  const auto begin = std::chrono::steady_clock::now();
+  Hierarchy& hierarchy = impl_->hierarchy;
+  const ResolvedRequest resolved = resolve(request, hierarchy.header());
+  const Cut cut = find_cut(hierarchy, resolved, progress);
+  const auto lock = hierarchy.lock();
+  Extraction extraction = extract_cut(hierarchy, cut, resolved.origins);
+  extraction.bytes_read = hierarchy.bytes_read();
+  extraction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return extraction;
+}
+
+} // namespace ptet

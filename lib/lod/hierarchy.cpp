@@ -1,0 +1,126 @@
+#include "lod/hierarchy.hpp"
+
+#include "mesh/scalar_dispatch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ptet {
+namespace {
+
+float rounded_down(double x) {
+  const auto nearest = static_cast<float>(x);
+  return nearest > x ? std::nextafter(nearest, -INFINITY) : nearest;
+}
+float rounded_up(double x) {
+  return -rounded_down(-x);
+}
+
+} // namespace
+
+Hierarchy::Hierarchy(std::unique_ptr<file::Source> source)
+    : reader_(std::move(source)), content_(reader_.read_base()), star_box_(reader_.header().record_count) {
+  std::vector<char> is_used(header().base_vertex_count, 0);
+  for (std::uint32_t t = 0; t < content_.refinement.base_tet_count(); ++t)
+    for (const VertexId v : content_.refinement.vertices(VersionId{t}))
+      is_used[v.index()] = 1;
+  used_base_vertex_count_ = static_cast<std::uint32_t>(std::count(is_used.begin(), is_used.end(), 1));
+}
+
+void Hierarchy::close(BlockSet& set) const {
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t b = 0; b < set.size(); ++b)
+    if (set[b] != 0) open.push_back(b);
+  while (!open.empty()) {
+    const std::uint32_t b = open.back();
+    open.pop_back();
+    for (const std::uint32_t needed : blocks()[b].needs)
+      if (std::exchange(set[needed], 1) == 0) open.push_back(needed);
+  }
+}
+
+void Hierarchy::load(const BlockSet& closed) {
+  const auto missing = [&] {
+    std::vector<std::uint32_t> found;
+    for (std::uint32_t b = 0; b < closed.size(); ++b)
+      if (closed[b] != 0 && content_.block_loaded[b] == 0) found.push_back(b);
+    return found;
+  };
+  {
+    const auto shared = lock();
+    if (broken_) std::rethrow_exception(broken_);
+    if (missing().empty()) return;
+  }
+  const std::unique_lock alone(mutex_);
+  if (broken_) std::rethrow_exception(broken_);
+  const std::vector<std::uint32_t> wanted = missing();
+  try {
+    reader_.load(wanted, content_);
+    for (const std::uint32_t b : wanted) {
+      check_dependencies(blocks()[b]);
+      dispatch(content_.positions.type, [&]<class T>(T) { measure_stars<T>(blocks()[b]); });
+    }
+  } catch (...) {
+    broken_ = std::current_exception();
+    throw;
+  }
+}
+
+// Cuts rest on this: a threshold on monotone errors, and a prefix of the order by errors, hold every record's parents.
+void Hierarchy::check_dependencies(const file::BlockInfo& block) const {
+  const std::size_t codes = content_.errors_per_record;
+  for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+    const ErrorCode16* const mine = content_.monotone.data() + r * codes;
+    bool holds = true;
+    for (std::size_t i = 0; i < codes; ++i)
+      holds = holds && content_.own[r * codes + i] <= mine[i] && mine[i] <= block.max_error[i];
+    for (const RecordId parent : content_.refinement.parents(RecordId{r})) {
+      holds = holds && content_.generation[parent.index()] < content_.generation[r];
+      for (std::size_t i = 0; i < codes; ++i)
+        holds = holds && mine[i] <= content_.monotone[parent.index() * codes + i];
+    }
+    if (!holds)
+      throw Error(ErrorCode::kCorruptFile,
+                  "record " + std::to_string(r) + " breaks the order of errors and dependencies", block.offset);
+  }
+}
+
+template <class T>
+void Hierarchy::measure_stars(const file::BlockInfo& block) {
+  const Refinement& refinement = content_.refinement;
+  for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+    const RecordId record{r};
+    Point min{INFINITY, INFINITY, INFINITY}, max{-INFINITY, -INFINITY, -INFINITY};
+    const auto add = [&](VertexId v) {
+      if (v == kDummyVertex) return;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto x = static_cast<double>(
+            ptet::load<T>(content_.positions.bytes.data() + (v.index() * std::size_t{3} + axis) * sizeof(T)));
+        min[axis] = std::min(min[axis], x);
+        max[axis] = std::max(max[axis], x);
+      }
+    };
+    add(refinement.target(record));
+    add(refinement.vertex_of(record));
+    const std::uint32_t first = refinement.first_fine(record).index();
+    for (std::uint32_t t = first; t < first + refinement.fine_count(record); ++t)
+      for (std::size_t corner = 1; corner < 4; ++corner)
+        add(refinement.vertices(VersionId{t})[corner]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      star_box_[r].min[axis] = rounded_down(min[axis]);
+      star_box_[r].max[axis] = rounded_up(max[axis]);
+    }
+  }
+}
+
+Point Hierarchy::position(VertexId v) const {
+  const PointArray& positions = content_.positions;
+  return {positions.value(v.index(), 0), positions.value(v.index(), 1), positions.value(v.index(), 2)};
+}
+
+std::pair<Point, Point> Hierarchy::star_box(RecordId r) const {
+  const FloatBox& box = star_box_[r.index()];
+  return {Point{box.min[0], box.min[1], box.min[2]}, Point{box.max[0], box.max[1], box.max[2]}};
+}
+
+} // namespace ptet

@@ -1,0 +1,378 @@
+#include "mesh/examination.hpp"
+
+#include "mesh/scalar_dispatch.hpp"
+#include "mesh/vec3.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace ptet {
+
+namespace {
+
+constexpr std::size_t kListedIds = 8;
+/// Beyond this, sixth powers of lengths, which quadrics contain, overflow.
+constexpr double kLargestCoordinate = 1e50;
+constexpr double kNearFlatShape = 1e-6;
+
+/// What a check has met: how often, and the first few ids.
+class Tally {
+public:
+  void add(std::uint64_t id) { add(std::array{id}); }
+  void add(VertexId v) { add(std::uint64_t{v.index()}); }
+  /// An edge or a face: counts once, listed by its vertices.
+  template <std::size_t N>
+  void add(const std::array<VertexId, N>& vertices) {
+    std::array<std::uint64_t, N> ids{};
+    std::transform(vertices.begin(), vertices.end(), ids.begin(), [](VertexId v) { return v.index(); });
+    add(ids);
+  }
+  template <std::size_t N>
+  void add(const std::array<std::uint64_t, N>& ids) {
+    ++count_;
+    if (first_ids_.size() + N > kListedIds) return;
+    for (std::size_t i = 0; i < N; ++i)
+      list_ += (i > 0 ? "-" : first_ids_.empty() ? "" : ", ") + std::to_string(ids[i]);
+    first_ids_.insert(first_ids_.end(), ids.begin(), ids.end());
+    ++listed_;
+  }
+
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+
+  /// "3 <many> (0, 4, 5): <then>"
+  [[nodiscard]] Finding finding(const char* code, Severity severity, const std::string& one, const std::string& many,
+                                const std::string& then) const {
+    return {code, severity, count_,
+            std::to_string(count_) + " " + (count_ == 1 ? one : many) + " (" + list_ +
+                (listed_ < count_ ? ", ...): " : "): ") + then,
+            first_ids_};
+  }
+
+private:
+  std::uint64_t count_ = 0, listed_ = 0;
+  std::vector<std::uint64_t> first_ids_;
+  std::string list_;
+};
+
+class Examiner {
+public:
+  Examiner(const TetMesh& mesh, const ProgressCallback& progress) : mesh_(mesh), progress_(progress) {}
+
+  Examination run() {
+    check_limits();
+    if (!read_points()) return std::move(out_);
+    enter("checking points");
+    check_points();
+    enter("checking tets");
+    select_sound_tets();
+    orient_tets();
+    enter("checking faces");
+    link_faces();
+    order_flat_tets();
+    check_faces();
+    enter("checking vertices");
+    check_links();
+    check_unused_points();
+    check_coincident_points();
+    enter("checking fields");
+    check_arrays();
+    return std::move(out_);
+  }
+
+private:
+  void enter(const char* stage) {
+    if (progress_ && !progress_({stage, stages_++, 5})) throw Error(ErrorCode::kCancelled, "cancelled");
+  }
+
+  void report(const Tally& tally, const char* code, Severity severity, const std::string& one, const std::string& many,
+              const std::string& then) {
+    if (tally.count() > 0) out_.findings.push_back(tally.finding(code, severity, one, many, then));
+  }
+  void report_defect(const char* code, std::string message) {
+    out_.findings.push_back({code, Severity::kError, 1, std::move(message), {}});
+  }
+
+  void check_limits() const {
+    if (mesh_.tets.size() > kMaxTets)
+      throw Error(ErrorCode::kLimit, "the mesh has " + std::to_string(mesh_.tets.size()) + " tets, the limit is " +
+                                         std::to_string(kMaxTets));
+    if (mesh_.vertex_count() > kDummyVertex.index())
+      throw Error(ErrorCode::kLimit, "the mesh has " + std::to_string(mesh_.vertex_count()) +
+                                         " vertices, the limit is " + std::to_string(kDummyVertex.index()));
+  }
+
+  bool read_points() {
+    const PointArray& positions = mesh_.positions;
+    if (positions.components != 3 || positions.bytes.size() % positions.row_bytes() != 0) {
+      report_defect("bad-positions", "the positions are not rows of 3 numbers: ptet cannot build from this mesh");
+      return false;
+    }
+    out_.points.resize(mesh_.vertex_count());
+    dispatch(positions.type, [&]<class T>(T) {
+      const std::byte* from = positions.bytes.data();
+      for (Point& p : out_.points)
+        for (double& x : p) {
+          x = static_cast<double>(load<T>(from));
+          from += sizeof(T);
+        }
+    });
+    return true;
+  }
+
+  void check_points() {
+    unsound_point_.resize(out_.points.size());
+    Tally infinite, large;
+    for (std::size_t v = 0; v < out_.points.size(); ++v) {
+      const Point& p = out_.points[v];
+      if (!std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); })) {
+        infinite.add(v);
+      } else if (!std::all_of(p.begin(), p.end(), [](double x) { return std::abs(x) <= kLargestCoordinate; })) {
+        large.add(v);
+      } else {
+        continue;
+      }
+      unsound_point_[v] = 1;
+    }
+    report(infinite, "non-finite-positions", Severity::kError, "vertex whose position is not finite",
+           "vertices whose positions are not finite", "ptet cannot build from this mesh");
+    report(large, "huge-positions", Severity::kError, "vertex with a coordinate beyond 1e50",
+           "vertices with coordinates beyond 1e50", "ptet cannot compute with it, choose a larger unit of length");
+  }
+
+  void select_sound_tets() {
+    if (mesh_.tets.empty()) report_defect("no-tets", "the mesh has no tets: there is nothing to build from");
+    referenced_.resize(out_.points.size());
+    out_.tets.reserve(mesh_.tets.size());
+    tet_ids_.reserve(mesh_.tets.size());
+    Tally out_of_range, repeated;
+    for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+      const Tet& tet = mesh_.tets[t];
+      const auto in_range = [&](VertexId v) { return v.index() < out_.points.size(); };
+      for (const VertexId v : tet)
+        if (in_range(v)) referenced_[v.index()] = 1;
+      if (!std::all_of(tet.begin(), tet.end(), in_range)) {
+        out_of_range.add(t);
+      } else if (tet[0] == tet[1] || tet[0] == tet[2] || tet[0] == tet[3] || tet[1] == tet[2] || tet[1] == tet[3] ||
+                 tet[2] == tet[3]) {
+        repeated.add(t);
+      } else if (std::none_of(tet.begin(), tet.end(), [&](VertexId v) { return unsound_point_[v.index()]; })) {
+        out_.tets.push_back(tet);
+        tet_ids_.push_back(static_cast<std::uint32_t>(t));
+      }
+    }
+    report(out_of_range, "ids-out-of-range", Severity::kError, "tet with a vertex id that names no vertex",
+           "tets with vertex ids that name no vertex",
+           "the mesh has " + std::to_string(out_.points.size()) + " vertices, ptet cannot build from it");
+    report(repeated, "repeated-vertices", Severity::kError, "tet with the same vertex twice",
+           "tets with the same vertex twice", "ptet cannot build from this mesh, remove them first");
+  }
+
+  void orient_tets() {
+    is_flat_.resize(out_.tets.size());
+    Tally inverted, flat, near_flat;
+    for (std::size_t t = 0; t < out_.tets.size(); ++t) {
+      Tet& tet = out_.tets[t];
+      const Point &a = out_.points[tet[0].index()], &b = out_.points[tet[1].index()], &c = out_.points[tet[2].index()],
+                  &d = out_.points[tet[3].index()];
+      const int sign = orientation(a, b, c, d);
+      if (sign == 0) {
+        flat.add(tet_ids_[t]);
+        is_flat_[t] = 1;
+        continue;
+      }
+      if (shape(a, b, c, d) < kNearFlatShape) near_flat.add(tet_ids_[t]);
+      if (sign > 0) continue;
+      inverted.add(tet_ids_[t]);
+      std::swap(tet[2], tet[3]);
+    }
+    const bool other_convention = inverted.count() > 0 && inverted.count() + flat.count() == out_.tets.size();
+    if (other_convention) {
+      report(inverted, "inverted-tets", Severity::kNote, "inverted tet", "inverted tets",
+             "that is all of them, the mesh orders vertices by the other convention; two vertices of each are swapped");
+    } else {
+      report(inverted, "inverted-tets", Severity::kWarning, "inverted tet", "inverted tets",
+             "two vertices of each are swapped");
+    }
+    report(flat, "flat-tets", Severity::kWarning, "flat tet", "flat tets", "kept, they may never get worse");
+    report(near_flat, "near-flat-tets", Severity::kNote, "nearly flat tet", "nearly flat tets",
+           "kept, they may never get worse");
+  }
+
+  /// 6 sqrt(2) V / Lmax^3: 1 for the regular tet, 0 for a flat one.
+  static double shape(const Point& a, const Point& b, const Point& c, const Point& d) {
+    using namespace vec;
+    const Vec3 u = b - a, v = c - a, w = d - a, e = c - b, f = d - b, g = d - c;
+    const double longest_sq = std::max({dot(u, u), dot(v, v), dot(w, w), dot(e, e), dot(f, f), dot(g, g)});
+    const double det = dot(cross(u, v), w);
+    return std::sqrt(2.0) * std::abs(det) / (longest_sq * std::sqrt(longest_sq));
+  }
+
+  void link_faces() {
+    out_.faces = build_face_table(out_.tets, out_.points.size());
+    if (out_.faces.duplicates.empty()) return;
+    Tally duplicates;
+    std::size_t kept = 0, next = 0;
+    for (std::size_t t = 0; t < out_.tets.size(); ++t) {
+      if (next < out_.faces.duplicates.size() && out_.faces.duplicates[next].index() == t) {
+        duplicates.add(tet_ids_[t]);
+        ++next;
+        continue;
+      }
+      out_.tets[kept] = out_.tets[t];
+      is_flat_[kept] = is_flat_[t];
+      tet_ids_[kept++] = tet_ids_[t];
+    }
+    out_.tets.resize(kept);
+    is_flat_.resize(kept);
+    tet_ids_.resize(kept);
+    report(duplicates, "duplicate-tets", Severity::kError, "tet on the same vertices as an earlier one",
+           "tets on the same vertices as earlier ones", "ptet cannot build from this mesh, remove them first");
+    out_.faces = build_face_table(out_.tets, out_.points.size());
+  }
+
+  /// Positions cannot orient a flat tet, but its neighbours can: they should see their common face from opposite
+  /// sides. From the tets with volume inwards, each flat tet goes by the majority of those settled before it.
+  void order_flat_tets() {
+    std::vector<char> settled(is_flat_.size()), flipped(is_flat_.size());
+    std::vector<std::uint32_t> queue;
+    const auto each_neighbour = [&](std::uint32_t t, auto&& visit) {
+      for (HalfFace h = 4 * t; h < 4 * t + 4; ++h)
+        if (out_.faces.is_interior(h)) visit(h, out_.faces.mate[h] / 4);
+    };
+    const auto enqueue = [&](std::uint32_t t) {
+      if (!is_flat_[t] || settled[t]) return;
+      settled[t] = 1;
+      queue.push_back(t);
+    };
+    for (std::uint32_t t = 0; t < is_flat_.size(); ++t) {
+      bool beside_volume = false;
+      if (is_flat_[t]) each_neighbour(t, [&](HalfFace, std::uint32_t other) { beside_volume |= !is_flat_[other]; });
+      if (beside_volume) enqueue(t);
+    }
+    std::vector<char> voted(is_flat_.size());
+    bool changed = false;
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      const std::uint32_t t = queue[i];
+      int agreement = 0;
+      each_neighbour(t, [&](HalfFace h, std::uint32_t other) {
+        if (!is_flat_[other] || voted[other])
+          agreement += is_folded(out_.tets, out_.faces, h) != (flipped[other] != 0) ? -1 : 1;
+        enqueue(other);
+      });
+      voted[t] = 1;
+      flipped[t] = agreement < 0;
+      changed |= agreement < 0;
+    }
+    if (!changed) return;
+    for (std::size_t t = 0; t < is_flat_.size(); ++t)
+      if (flipped[t]) std::swap(out_.tets[t][2], out_.tets[t][3]);
+    out_.faces = build_face_table(out_.tets, out_.points.size());
+  }
+
+  void check_faces() {
+    Tally crowded, folded;
+    for (const HalfFace h : out_.faces.crowded)
+      crowded.add(sorted(face_of(out_.tets, h)));
+    for (HalfFace h = 0; h < out_.faces.mate.size(); ++h) {
+      if (out_.faces.mate[h] <= h || !out_.faces.is_interior(h) || !is_folded(out_.tets, out_.faces, h)) continue;
+      folded.add(sorted(face_of(out_.tets, h)));
+      out_.folded.push_back(h);
+    }
+    report(crowded, "faces-of-many-tets", Severity::kError, "face of more than two tets", "faces of more than two tets",
+           "ptet cannot build from this mesh");
+    report(folded, "folded-faces", Severity::kWarning, "face with both its tets on the same side",
+           "faces with both their tets on the same side", "the vertices of these tets are frozen");
+    out_.boundary = build_boundary(out_.tets, out_.faces, out_.points.size());
+    Tally edges;
+    for (const auto& edge : out_.boundary.non_manifold_edges)
+      edges.add(edge);
+    report(edges, "non-manifold-edges", Severity::kWarning, "boundary edge that is not in exactly two boundary faces",
+           "boundary edges that are not in exactly two boundary faces", "their vertices are frozen");
+  }
+
+  static Face sorted(Face face) {
+    std::sort(face.begin(), face.end());
+    return face;
+  }
+
+  void check_links() {
+    out_.links = examine_links(out_.tets, out_.faces, out_.boundary, out_.points.size());
+    Tally pinched;
+    for (const VertexId v : out_.links.non_manifold)
+      pinched.add(v);
+    report(pinched, "non-manifold-vertices", Severity::kWarning, "vertex where the mesh is no manifold",
+           "vertices where the mesh is no manifold", "frozen");
+  }
+
+  void check_unused_points() {
+    Tally unused;
+    for (std::size_t v = 0; v < referenced_.size(); ++v)
+      if (!referenced_[v]) unused.add(v);
+    report(unused, "unused-points", Severity::kNote, "vertex in no tet", "vertices in no tet",
+           "kept with the original mesh");
+  }
+
+  void check_coincident_points() {
+    std::vector<std::pair<Point, std::uint32_t>> used;
+    used.reserve(out_.links.used_count);
+    for (std::uint32_t v = 0; v < out_.points.size(); ++v)
+      if (out_.links.used[v]) used.emplace_back(out_.points[v], v);
+    std::sort(used.begin(), used.end());
+    std::vector<std::uint32_t> repeats;
+    for (std::size_t i = 1; i < used.size(); ++i)
+      if (used[i].first == used[i - 1].first) repeats.push_back(used[i].second);
+    std::sort(repeats.begin(), repeats.end());
+    Tally coincident;
+    for (const std::uint32_t v : repeats)
+      coincident.add(std::uint64_t{v});
+    report(coincident, "coincident-points", Severity::kWarning, "vertex at the place of an earlier one",
+           "vertices at the places of earlier ones", "kept apart, nothing is welded");
+  }
+
+  void check_arrays() {
+    for (const PointArray& array : mesh_.point_arrays) {
+      if (array.components == 0 || array.bytes.size() != out_.points.size() * array.row_bytes()) {
+        report_defect("bad-array", "the point array '" + array.name + "' has not one row for each of the " +
+                                       std::to_string(out_.points.size()) +
+                                       " vertices: ptet cannot build from this mesh");
+        continue;
+      }
+      report(non_finite_rows(array), "non-finite-values", Severity::kWarning,
+             "vertex where '" + array.name + "' is not finite", "vertices where '" + array.name + "' is not finite",
+             "the values are kept, but errors of this field cannot be measured");
+    }
+  }
+
+  Tally non_finite_rows(const PointArray& array) const {
+    Tally rows;
+    dispatch(array.type, [&]<class T>(T) {
+      if constexpr (std::is_floating_point_v<T>) {
+        for (std::size_t v = 0; v < out_.points.size(); ++v) {
+          const std::byte* row = array.bytes.data() + v * array.row_bytes();
+          bool finite = true;
+          for (std::size_t i = 0; i < array.components; ++i)
+            finite &= std::isfinite(load<T>(row + i * sizeof(T)));
+          if (!finite && out_.links.used[v]) rows.add(v);
+        }
+      }
+    });
+    return rows;
+  }
+
+  const TetMesh& mesh_;
+  const ProgressCallback& progress_;
+  std::uint64_t stages_ = 0;
+  Examination out_;
+  std::vector<char> unsound_point_, referenced_, is_flat_;
+  std::vector<std::uint32_t> tet_ids_; ///< of each sound tet
+};
+
+} // namespace
+
+Examination examine(const TetMesh& mesh, const ProgressCallback& progress) {
+  return Examiner(mesh, progress).run();
+}
+
+} // namespace ptet

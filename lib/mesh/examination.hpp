@@ -1,0 +1,28 @@
+// The examination of a mesh that both `validate` and `prepare` rest on: it separates the sound tets from the others,
+// orients them, finds how they hang together, and puts every defect into words.
+#pragma once
+
+#include "mesh/topology.hpp"
+#include "ptet/validate.hpp"
+
+#include <vector>
+
+namespace ptet {
+
+struct Examination {
+  std::vector<Point> points; ///< by vertex; empty when the positions are no n x 3 table
+  /// The sound tets: ids in range, four different vertices, finite positions, no earlier tet on the same vertices.
+  /// Positively oriented, or flat and ordered so that neighbours agree where they can.
+  std::vector<Tet> tets;
+  FaceTable faces;
+  BoundarySurface boundary;
+  VertexLinks links;
+  std::vector<HalfFace> folded;  ///< faces whose two tets are on the same side, one half-face of each
+  std::vector<Finding> findings; ///< in the order of the checks
+};
+
+/// Throws Error(kCancelled) when `progress` returns false, Error(kLimit) for more tets than kMaxTets or more vertices
+/// than ids.
+[[nodiscard]] Examination examine(const TetMesh& mesh, const ProgressCallback& progress = {});
+
+} // namespace ptet

@@ -1,0 +1,141 @@
+#include "mesh/prepare.hpp"
+
+#include "mesh/examination.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+namespace ptet {
+
+namespace {
+
+/// Spreads the low 21 bits of x three apart.
+std::uint64_t spread(std::uint64_t x) {
+  x &= 0x1fffff;
+  x = (x | x << 32) & 0x1f00000000ffff;
+  x = (x | x << 16) & 0x1f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  x = (x | x << 2) & 0x1249249249249249;
+  return x;
+}
+
+/// Old ids in their new order: used vertices along a Morton curve through their bounding box, then the unused ones.
+std::vector<VertexId> vertex_order(const std::vector<Point>& points, const VertexLinks& links) {
+  std::vector<std::pair<std::uint64_t, VertexId>> curve;
+  curve.reserve(links.used_count);
+  std::vector<VertexId> unused;
+  Point low{}, high{};
+  for (std::uint32_t v = 0; v < points.size(); ++v) {
+    if (!links.used[v]) {
+      unused.emplace_back(v);
+      continue;
+    }
+    if (curve.empty()) low = high = points[v];
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], points[v][i]);
+      high[i] = std::max(high[i], points[v][i]);
+    }
+    curve.emplace_back(0, v);
+  }
+  const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  const auto quantised = [&](const Point& p, std::size_t i) {
+    return extent > 0 ? static_cast<std::uint64_t>((p[i] - low[i]) / extent * 0x1fffff) : 0;
+  };
+  for (auto& [key, v] : curve) {
+    const Point& p = points[v.index()];
+    key = spread(quantised(p, 0)) | spread(quantised(p, 1)) << 1 | spread(quantised(p, 2)) << 2;
+  }
+  std::sort(curve.begin(), curve.end());
+  std::vector<VertexId> order;
+  order.reserve(points.size());
+  for (const auto& entry : curve)
+    order.push_back(entry.second);
+  order.insert(order.end(), unused.begin(), unused.end());
+  return order;
+}
+
+/// New place of each tet (of new vertex ids): by smallest vertex, then as they were.
+std::vector<std::uint32_t> tet_places(const std::vector<Tet>& tets, std::size_t vertex_count) {
+  std::vector<std::uint32_t> next(vertex_count + 1), place(tets.size());
+  const auto smallest = [](const Tet& tet) { return std::min({tet[0], tet[1], tet[2], tet[3]}).index(); };
+  for (const Tet& tet : tets)
+    ++next[smallest(tet) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    place[t] = next[smallest(tets[t])]++;
+  return place;
+}
+
+void permute_rows(PointArray& array, const std::vector<VertexId>& order) {
+  const std::size_t row_bytes = array.row_bytes();
+  std::vector<std::byte> bytes(array.bytes.size());
+  for (std::size_t v = 0; v < order.size(); ++v)
+    std::memcpy(bytes.data() + v * row_bytes, array.bytes.data() + order[v].index() * row_bytes, row_bytes);
+  array.bytes = std::move(bytes);
+}
+
+/// By old vertex id.
+std::vector<char> find_frozen(const Examination& found) {
+  std::vector<char> frozen(found.points.size());
+  for (const auto& edge : found.boundary.non_manifold_edges)
+    for (const VertexId v : edge)
+      frozen[v.index()] = 1;
+  for (const VertexId v : found.links.non_manifold)
+    frozen[v.index()] = 1;
+  for (const HalfFace h : found.folded)
+    for (const HalfFace side : {h, found.faces.mate[h]})
+      for (const VertexId v : found.tets[side / 4])
+        frozen[v.index()] = 1;
+  return frozen;
+}
+
+} // namespace
+
+PreparedMesh prepare(TetMesh mesh) {
+  Examination found = examine(mesh);
+  PreparedMesh prepared;
+  for (const Finding& finding : found.findings) {
+    if (finding.severity == Severity::kError) throw Error(ErrorCode::kBadInput, finding.message);
+    prepared.notes.push_back(finding.message);
+  }
+
+  prepared.used_vertex_count = static_cast<std::uint32_t>(found.links.used_count);
+  prepared.original_vertex = vertex_order(found.points, found.links);
+  const std::vector<VertexId>& order = prepared.original_vertex;
+  std::vector<VertexId> renumbered(order.size());
+  for (std::uint32_t v = 0; v < order.size(); ++v)
+    renumbered[order[v].index()] = VertexId{v};
+
+  permute_rows(mesh.positions, order);
+  for (PointArray& array : mesh.point_arrays)
+    permute_rows(array, order);
+  const std::vector<char> frozen = find_frozen(found);
+  prepared.points.reserve(order.size());
+  prepared.frozen.reserve(order.size());
+  for (const VertexId v : order) {
+    prepared.points.push_back(found.points[v.index()]);
+    prepared.frozen.push_back(frozen[v.index()]);
+  }
+
+  for (Tet& tet : found.tets)
+    for (VertexId& v : tet)
+      v = renumbered[v.index()];
+  const std::vector<std::uint32_t> place = tet_places(found.tets, order.size());
+  for (std::size_t t = 0; t < place.size(); ++t)
+    mesh.tets[place[t]] = found.tets[t];
+
+  std::vector<HalfFace> boundary = std::move(found.boundary.half_faces);
+  for (HalfFace& h : boundary)
+    h = 4 * place[h / 4] + h % 4;
+  std::sort(boundary.begin(), boundary.end());
+  prepared.boundary_faces.reserve(boundary.size());
+  for (const HalfFace h : boundary)
+    prepared.boundary_faces.push_back(face_of(mesh.tets, h));
+  prepared.mesh = std::move(mesh);
+  return prepared;
+}
+
+} // namespace ptet

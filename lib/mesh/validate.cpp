@@ -1,0 +1,95 @@
+#include "ptet/validate.hpp"
+
+#include "mesh/examination.hpp"
+#include "mesh/scalar_dispatch.hpp"
+#include "mesh/vec3.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ptet {
+
+namespace {
+
+using namespace vec;
+
+void measure_topology(const Examination& found, MeshReport& report) {
+  const auto count = [](std::uint64_t n) { return static_cast<std::int64_t>(n); };
+  report.boundary_faces = found.boundary.faces.size();
+  report.boundary_vertices = found.boundary.vertex_count;
+  report.components = count_components(found.tets, found.faces);
+  report.boundary_components = found.boundary.components;
+  report.euler_characteristic = count(found.links.used_count) - count(found.links.edge_count) +
+                                count(found.faces.face_count) - count(found.tets.size());
+  report.boundary_euler_characteristic =
+      count(found.boundary.vertex_count) - count(found.boundary.edge_count) + count(found.boundary.faces.size());
+}
+
+void measure_geometry(const Examination& found, MeshReport& report) {
+  const auto at = [&](VertexId v) -> const Point& { return found.points[v.index()]; };
+  for (const auto& [a, b, c, d] : found.tets)
+    report.volume += std::abs(dot(cross(at(b) - at(a), at(c) - at(a)), at(d) - at(a))) / 6;
+  for (const auto& [a, b, c] : found.boundary.faces)
+    report.boundary_area += norm(cross(at(b) - at(a), at(c) - at(a))) / 2;
+  bool first = true;
+  for (std::size_t v = 0; v < found.points.size(); ++v) {
+    if (!found.links.used[v]) continue;
+    const Point& p = found.points[v];
+    if (first) report.box_min = report.box_max = p;
+    first = false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      report.box_min[i] = std::min(report.box_min[i], p[i]);
+      report.box_max[i] = std::max(report.box_max[i], p[i]);
+    }
+  }
+}
+
+FieldSummary summarise(const PointArray& array, const Examination& found) {
+  FieldSummary summary{array.name, array.type, array.components, 0, 0};
+  if (array.components == 0 || array.bytes.size() != found.points.size() * array.row_bytes()) return summary;
+  bool first = true;
+  dispatch(array.type, [&]<class T>(T) {
+    for (std::size_t v = 0; v < found.points.size(); ++v) {
+      if (!found.links.used[v]) continue;
+      const std::byte* row = array.bytes.data() + v * array.row_bytes();
+      double value = static_cast<double>(load<T>(row));
+      if (array.components > 1) {
+        value = 0;
+        for (std::size_t i = 0; i < array.components; ++i)
+          value = std::hypot(value, static_cast<double>(load<T>(row + i * sizeof(T))));
+      }
+      if (!std::isfinite(value)) continue;
+      summary.min = first ? value : std::min(summary.min, value);
+      summary.max = first ? value : std::max(summary.max, value);
+      first = false;
+    }
+  });
+  return summary;
+}
+
+} // namespace
+
+double MeshReport::diagonal() const {
+  return norm(box_max - box_min);
+}
+
+const Finding* MeshReport::first_error() const {
+  const auto found = std::find_if(findings.begin(), findings.end(),
+                                  [](const Finding& finding) { return finding.severity == Severity::kError; });
+  return found == findings.end() ? nullptr : &*found;
+}
+
+MeshReport validate(const TetMesh& mesh, const ProgressCallback& progress) {
+  Examination found = examine(mesh, progress);
+  MeshReport report;
+  report.tets = mesh.tets.size();
+  report.vertices = found.points.size();
+  measure_topology(found, report);
+  measure_geometry(found, report);
+  for (const PointArray& array : mesh.point_arrays)
+    report.fields.push_back(summarise(array, found));
+  report.findings = std::move(found.findings);
+  return report;
+}
+
+} // namespace ptet

@@ -1,0 +1,21 @@
+// Errors on disk: 16-bit codes on a logarithmic scale, always rounded up, so that a stated error is never too small.
+//
+//   code 0             exactly 0
+//   code c in 1..2047  scale * 2^((c - 1280) / 16)        16 codes an octave: a stated error is at most 4.5% above
+#pragma once
+
+#include <cstdint>
+
+namespace ptet {
+
+using ErrorCode16 = std::uint16_t;
+inline constexpr ErrorCode16 kMaxErrorCode = 2047;
+
+/// The least code whose value is >= `error`. `error` >= 0 and not NaN; scale > 0. Saturates at kMaxErrorCode, whose
+/// value (2^47 scales) no error of a valid mesh reaches.
+[[nodiscard]] ErrorCode16 encode_error(double error, double scale);
+/// The error that a code stands for; monotone in `code`. Computed from table and power of two, the same on every
+/// machine.
+[[nodiscard]] double decode_error(ErrorCode16 code, double scale);
+
+} // namespace ptet

@@ -1,0 +1,333 @@
+#include "record/refinement.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace ptet {
+namespace {
+
+// Moving corner k to corner 0 by an even permutation is exchanging the corners in two pairs: corner j goes to j ^ k.
+template <class T>
+std::array<T, 4> corner_to_front(const std::array<T, 4>& values, std::uint32_t corner) {
+  return {values[corner], values[corner ^ 1U], values[corner ^ 2U], values[corner ^ 3U]};
+}
+
+/// A face of a cell without its least vertex.
+struct HalfFace {
+  VertexId middle, greatest;
+  std::uint32_t cell, corner;
+
+  [[nodiscard]] bool same_face(const HalfFace& other) const {
+    return middle == other.middle && greatest == other.greatest;
+  }
+};
+
+/// Gathers the half faces of cells `first`..`last`-1 that `wanted(cell, corner)` selects and calls `visit` with each
+/// run of equal ones, in ascending order of (vertices, cell, corner).
+template <class Wanted, class Visit>
+void for_each_face(const std::vector<Tet>& cells, std::size_t first, std::uint32_t vertex_count, Wanted&& wanted,
+                   Visit&& visit) {
+  const auto sorted_face = [&](std::size_t cell, std::uint32_t corner) {
+    std::array<VertexId, 3> face = {cells[cell][corner ^ 1U], cells[cell][corner ^ 2U], cells[cell][corner ^ 3U]};
+    std::sort(face.begin(), face.end());
+    return face;
+  };
+  std::vector<std::size_t> begin(vertex_count + std::size_t{1}, 0);
+  for (std::size_t cell = first; cell < cells.size(); ++cell)
+    for (std::uint32_t corner = 0; corner < 4; ++corner)
+      if (wanted(cell, corner)) ++begin[sorted_face(cell, corner)[0].index()];
+  std::size_t total = 0;
+  for (std::size_t& count : begin)
+    total += std::exchange(count, total);
+  std::vector<HalfFace> faces(total);
+  for (std::size_t cell = first; cell < cells.size(); ++cell)
+    for (std::uint32_t corner = 0; corner < 4; ++corner)
+      if (wanted(cell, corner)) {
+        const auto face = sorted_face(cell, corner);
+        faces[begin[face[0].index()]++] = {face[1], face[2], static_cast<std::uint32_t>(cell), corner};
+      }
+  // begin[v] is now the end of v's bucket. Inside a bucket the faces stand by cell and corner.
+  auto bucket = faces.begin();
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    const auto bucket_end = faces.begin() + static_cast<std::ptrdiff_t>(begin[v]);
+    std::sort(bucket, bucket_end, [](const HalfFace& x, const HalfFace& y) {
+      return std::tie(x.middle, x.greatest, x.cell, x.corner) < std::tie(y.middle, y.greatest, y.cell, y.corner);
+    });
+    while (bucket != bucket_end) {
+      const auto run = std::find_if(bucket, bucket_end, [&](const HalfFace& face) { return !face.same_face(*bucket); });
+      visit(std::span<const HalfFace>(bucket, run));
+      bucket = run;
+    }
+  }
+}
+
+} // namespace
+
+Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count)
+    : base_vertex_count_(base_vertex_count) {
+  if (record_count >= kReplaced || base_vertex_count >= kDummyVertex.index() - record_count ||
+      base_tets.size() >= kMaxLive / 4)
+    throw Error(ErrorCode::kLimit, "the mesh is too large: more vertices or tets than 32-bit ids can name");
+  for (const Tet& tet : base_tets) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (tet[i].index() >= base_vertex_count)
+        throw Error(ErrorCode::kCorruptFile, "a base tet refers to vertex " + std::to_string(tet[i].index()) + " of " +
+                                                 std::to_string(base_vertex_count));
+      for (std::size_t j = 0; j < i; ++j)
+        if (tet[i] == tet[j])
+          throw Error(ErrorCode::kCorruptFile, "a base tet holds vertex " + std::to_string(tet[i].index()) + " twice");
+    }
+  }
+  base_tet_count_ = static_cast<std::uint32_t>(base_tets.size());
+  versions_ = std::move(base_tets);
+  close_boundary();
+  base_version_count_ = version_count();
+  state_.resize(versions_.size());
+  for (std::uint32_t t = 0; t < base_version_count_; ++t)
+    state_[t] = live_[t].version = t;
+
+  marks_.resize(base_vertex_count_ + std::size_t{record_count} + 1);
+  target_.resize(record_count);
+  first_fine_.resize(record_count);
+  fine_count_.resize(record_count);
+  fine_tet_count_.resize(record_count);
+  added_tet_count_.resize(record_count);
+  parent_count_.resize(record_count);
+  parent_begin_.resize(record_count);
+}
+
+void Refinement::close_boundary() {
+  live_.resize(versions_.size());
+  std::vector<Tet> ghosts;
+  for_each_face(
+      versions_, 0, base_vertex_count_, [](std::size_t, std::uint32_t) { return true; },
+      [&](std::span<const HalfFace> same) {
+        if (same.size() > 2)
+          throw Error(ErrorCode::kCorruptFile,
+                      "base tet " + std::to_string(same[2].cell) + " shares a face with two others");
+        const auto [cell, corner] = std::pair(same[0].cell, same[0].corner);
+        if (same.size() == 2) {
+          live_[cell].neighbour[corner] = same[1].cell;
+          live_[same[1].cell].neighbour[same[1].corner] = cell;
+          return;
+        }
+        const Tet& tet = versions_[cell];
+        ghosts.push_back({tet[corner ^ 1U], tet[corner ^ 2U], tet[corner ^ 3U], kDummyVertex});
+        live_[cell].neighbour[corner] = static_cast<std::uint32_t>(live_.size());
+        live_.emplace_back().neighbour[3] = cell;
+      });
+  for (std::uint32_t t = 0; t < base_tet_count_; ++t) {
+    auto neighbour = live_[t].neighbour;
+    std::sort(neighbour.begin(), neighbour.end());
+    if (std::adjacent_find(neighbour.begin(), neighbour.end()) != neighbour.end())
+      throw Error(ErrorCode::kCorruptFile, "base tet " + std::to_string(t) + " is there twice");
+  }
+  versions_.insert(versions_.end(), ghosts.begin(), ghosts.end());
+  for_each_face(
+      versions_, base_tet_count_, base_vertex_count_, [](std::size_t, std::uint32_t corner) { return corner < 3; },
+      [&](std::span<const HalfFace> same) {
+        // More than two boundary faces at an edge: which of them are neighbours cannot be told from the tets alone.
+        if (same.size() != 2) return;
+        live_[same[0].cell].neighbour[same[0].corner] = same[1].cell;
+        live_[same[1].cell].neighbour[same[1].corner] = same[0].cell;
+      });
+}
+
+void Refinement::fail(RecordId r, const char* what) {
+  throw Error(ErrorCode::kCorruptFile, "record " + std::to_string(r.index()) + " cannot be applied: " + what);
+}
+
+void Refinement::begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds) {
+  if (r.index() >= record_count() || applied(r)) fail(r, "it is applied already, or there is no such record");
+  if (target.index() >= base_vertex_count_ + record_count()) fail(r, "its target is no vertex");
+  if (seeds.empty() || seeds.size() > kMaxRegion) fail(r, "it names no place in the mesh");
+  region_.clear();
+  for (const VersionId seed : seeds) {
+    if (seed.index() >= version_count() || !is_present(seed.index()))
+      fail(r, "it starts from a tet that is not in the mesh");
+    if (corner_of(versions_[seed.index()], target) == 4) fail(r, "it starts from a tet that is not at its target");
+    if (live_[state_[seed.index()]].split == applied_count_ + 1) fail(r, "it names the same tet twice");
+    join_region(state_[seed.index()]);
+  }
+}
+
+void Refinement::finish_split(RecordId r, VertexId target) {
+  measure_region(r);
+  store_parents(r);
+  const std::size_t fine = region_.size() + rim_.size();
+  if (versions_.size() + fine >= kNone || live_.size() + rim_.size() >= kMaxLive)
+    throw Error(ErrorCode::kLimit, "the mesh is too large: more tets than 32-bit ids can name");
+  first_fine_[r.index()] = version_count();
+  fine_count_[r.index()] = static_cast<std::uint16_t>(fine);
+  versions_.resize(versions_.size() + fine);
+  state_.resize(versions_.size());
+  live_.resize(live_.size() + rim_.size());
+  replace_region(r);
+  add_rim(r, target);
+  check_rim_is_one_cycle(r);
+  target_[r.index()] = target;
+  ++applied_count_;
+}
+
+// Finds the rim and checks that the region's triangles in the link of u have the Euler characteristic of a disk; that
+// the rim is one cycle shows when its tets are joined.
+void Refinement::measure_region(RecordId r) {
+  const std::uint32_t current = applied_count_ + 1;
+  rim_.clear();
+  std::size_t link_vertices = 0, real = 0, added = 0;
+  for (const RegionTet& tet : region_) {
+    const Live& live = live_[tet.place];
+    const Tet& corners = versions_[live.version];
+    const bool ghost = is_ghost(VersionId{live.version});
+    real += ghost ? 0 : 1;
+    for (std::uint32_t corner = 0; corner < 4; ++corner) {
+      if (corner == tet.u_corner) continue;
+      VertexMark& mark = mark_of(corners[corner]);
+      link_vertices += mark.in_link == current ? 0 : 1;
+      mark.in_link = current;
+      const std::uint32_t behind = live.neighbour[corner];
+      if (behind != kNone && live_[behind].split == current) continue;
+      rim_.push_back({tet.place, corner ^ tet.u_corner});
+      added += ghost && corners[corner] != kDummyVertex ? 0 : 1;
+    }
+  }
+  // V - E + F = 1, with 2 E = 3 F + rim.
+  if (rim_.size() < 3 || 2 * link_vertices != region_.size() + rim_.size() + 2)
+    fail(r, "the region of its vertex is no disk");
+  fine_tet_count_[r.index()] = static_cast<std::uint16_t>(real + added);
+  added_tet_count_[r.index()] = static_cast<std::uint16_t>(added);
+}
+
+void Refinement::store_parents(RecordId r) {
+  const std::uint32_t current = applied_count_ + 1;
+  const std::size_t begin = parents_.size();
+  if (begin + region_.size() >= kNone)
+    throw Error(ErrorCode::kLimit, "the mesh is too large: more dependencies than 32-bit ids can name");
+  for (const RegionTet& tet : region_) {
+    const RecordId parent = consumer(VersionId{live_[tet.place].version});
+    if (parent.is_none() || mark_of(vertex_of(parent)).is_parent == current) continue;
+    mark_of(vertex_of(parent)).is_parent = current;
+    parents_.push_back(parent);
+  }
+  std::sort(parents_.begin() + static_cast<std::ptrdiff_t>(begin), parents_.end());
+  parent_begin_[r.index()] = static_cast<std::uint32_t>(begin);
+  parent_count_[r.index()] = static_cast<std::uint16_t>(parents_.size() - begin);
+}
+
+void Refinement::replace_region(RecordId r) {
+  std::uint32_t version = first_fine_[r.index()];
+  for (const RegionTet& tet : region_) {
+    Live& live = live_[tet.place];
+    Tet modified = corner_to_front(versions_[live.version], tet.u_corner);
+    modified[0] = vertex_of(r);
+    versions_[version] = modified;
+    state_[version] = tet.place;
+    state_[live.version] = kReplaced | r.index();
+    live.version = version++;
+    live.neighbour = corner_to_front(live.neighbour, tet.u_corner);
+  }
+}
+
+// One tet (v, u, a, b) for each rim face. Around the edge (u, v) a tet meets the next one at the face (u, v, a): the
+// first of the two to come by leaves its place at vertex a, the second finds it there.
+void Refinement::add_rim(RecordId r, VertexId target) {
+  const std::uint32_t current = applied_count_ + 1;
+  auto place = static_cast<std::uint32_t>(live_.size() - rim_.size());
+  std::uint32_t version = first_fine_[r.index()] + static_cast<std::uint32_t>(region_.size());
+  std::size_t waiting = 0;
+  for (const auto [modified_place, corner] : rim_) {
+    Live& modified = live_[modified_place];
+    Tet vertices = corner_to_front(versions_[modified.version], corner);
+    vertices[0] = vertex_of(r);
+    vertices[corner] = target;
+    versions_[version] = vertices;
+    state_[version] = place;
+
+    Live& live = live_[place];
+    live.version = version++;
+    live.neighbour[0] = modified.neighbour[corner];
+    live.neighbour[corner] = modified_place;
+    modified.neighbour[corner] = place;
+    if (live.neighbour[0] != kNone) {
+      auto& beyond = live_[live.neighbour[0]].neighbour;
+      *std::find(beyond.begin(), beyond.begin() + 3, modified_place) = place;
+    }
+    const std::uint32_t a = corner == 1 ? 2 : 1, b = 6 - corner - a;
+    for (const auto& [at, opposite] : {std::pair(a, b), std::pair(b, a)}) {
+      VertexMark& mark = mark_of(vertices[at]);
+      const std::uint32_t mine = 4 * place + opposite;
+      if (mark.in_rim != current) {
+        mark.in_rim = current;
+        mark.open = mine;
+        ++waiting;
+      } else if (mark.open != kNone) {
+        live.neighbour[opposite] = mark.open / 4;
+        live_[mark.open / 4].neighbour[mark.open % 4] = place;
+        mark.open = kNone;
+        --waiting;
+      } else {
+        fail(r, "the rim of its region meets itself");
+      }
+    }
+    ++place;
+  }
+  if (waiting != 0) fail(r, "the rim of its region is not closed");
+}
+
+void Refinement::check_rim_is_one_cycle(RecordId r) const {
+  const auto first = static_cast<std::uint32_t>(live_.size() - rim_.size());
+  std::uint32_t from = kNone, at = first;
+  std::size_t length = 0;
+  do {
+    const std::uint32_t corner = rim_[at - first].corner;
+    const std::uint32_t a = corner == 1 ? 2 : 1, b = 6 - corner - a;
+    const auto& neighbour = live_[at].neighbour;
+    const std::uint32_t next = neighbour[a] != from ? neighbour[a] : neighbour[b];
+    from = at;
+    at = next;
+    ++length;
+  } while (at != first && length <= rim_.size());
+  if (length != rim_.size()) fail(r, "the rim of its region falls apart");
+}
+
+std::span<const RecordId> Refinement::parents(RecordId r) const {
+  return {parents_.data() + parent_begin_[r.index()], parent_count_[r.index()]};
+}
+
+std::string Refinement::validate() const {
+  const auto name = [](std::uint32_t version) { return "version " + std::to_string(version); };
+  std::size_t present = 0;
+  for (std::uint32_t t = 0; t < version_count(); ++t) {
+    const RecordId made_in = consumer(VersionId{t});
+    if (!made_in.is_none() && (!applied(made_in) || t - first_fine_[made_in.index()] >= fine_count_[made_in.index()]))
+      return name(t) + " is not among those of the record of its first vertex";
+    if (!is_present(t)) {
+      if (!applied(creator(VersionId{t}))) return name(t) + " was replaced by a record that is not applied";
+      continue;
+    }
+    ++present;
+    if (state_[t] >= live_.size() || live_[state_[t]].version != t) return name(t) + " is not where its state says";
+    for (std::uint32_t corner = 0; corner < 4; ++corner) {
+      const std::uint32_t behind = live_[state_[t]].neighbour[corner];
+      if (behind == kNone) continue;
+      if (behind >= live_.size()) return name(t) + " has a neighbour that is not there";
+      const Tet& other = versions_[live_[behind].version];
+      for (std::uint32_t shared = 0; shared < 4; ++shared)
+        if ((corner_of(other, versions_[t][shared]) == 4) != (shared == corner))
+          return name(t) + " and its neighbour " + name(live_[behind].version) + " do not share their face";
+      const auto& back = live_[behind].neighbour;
+      if (std::count(back.begin(), back.end(), state_[t]) != 1)
+        return name(t) + " is not a neighbour of its neighbour " + name(live_[behind].version);
+    }
+  }
+  if (present != live_.size())
+    return "the mesh has " + std::to_string(live_.size()) + " places for " + std::to_string(present) + " versions";
+  for (std::uint32_t r = 0; r < record_count(); ++r)
+    for (const RecordId parent : parents(RecordId{r}))
+      if (!applied(parent))
+        return "record " + std::to_string(r) + " is applied, its parent " + std::to_string(parent.index()) + " is not";
+  return {};
+}
+
+} // namespace ptet

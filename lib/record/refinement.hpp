@@ -1,0 +1,218 @@
+// The refinement: a mesh that is refined split by split, and the versions that the splits bring.
+//
+// Reader and writer both run it, the reader to learn what a record's coded split means, the writer to code it. The
+// run-time library keeps its result: for each record the versions F(r) that its split makes, for each version the
+// record whose split would replace it (its creator, the collapse that made it), for each record its parents.
+//
+//      vertex u and its star, before            after split(r: u -> u, v)
+//      C(r) = the tets of the region            F(r) = one modified tet (v instead of u) for each tet of the region,
+//             around u that v takes over               then one tet (u, v, a, b) for each rim face (u, a, b)
+//
+// The region grows from seed versions across faces that contain u; an oracle says for each such face whether the tet
+// behind it belongs to the region. Ghost tets (boundary faces joined to kDummyVertex) are tets like any other.
+// What the oracle may look at is only what is the same in every closed set of loaded records: u, v, the face, the
+// region's tet before the face, and not the tet behind it.
+//
+// A split is possible once the record's parents (the consumers of the versions in C(r)) are applied, in any order
+// that respects this; the versions' names, vertices and order are the same whatever that order was.
+//
+// Source: after Cignoni et al. 2000, section 3 (vertex splits); De Floriani et al., dependencies of a
+// multi-tessellation.
+#pragma once
+
+#include "ptet/error.hpp"
+#include "ptet/ids.hpp"
+#include "ptet/mesh.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ptet {
+
+/// A face (u, a, b) met while the region of a split grows, seen from region tet (u, a, b, c), which is positively
+/// oriented in this order: det(a-u, b-u, c-u) > 0. Any of a, b, c may be kDummyVertex.
+struct GrowthFace {
+  VertexId u, a, b, c;
+  std::uint32_t region_size; ///< tets in the region so far
+  /// Version behind the face, to be used by the writer's oracle only (see above). A face with nothing behind (the
+  /// boundary closes nowhere at a non-manifold edge) is not asked about: the region ends there.
+  VersionId behind;
+};
+
+class Refinement {
+public:
+  /// Starts from the base mesh. Vertices 0 .. base_vertex_count-1 are the base's; record r brings vertex
+  /// base_vertex_count + r. The boundary faces of `base_tets` become base ghosts.
+  /// Throws Error(kCorruptFile) for ids out of range, a repeated vertex in a tet, a face of more than two tets, two
+  /// tets with the same vertices; Error(kLimit) when the counts do not fit 32-bit ids.
+  Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
+
+  [[nodiscard]] std::uint32_t base_vertex_count() const { return base_vertex_count_; }
+  [[nodiscard]] std::uint32_t record_count() const { return static_cast<std::uint32_t>(target_.size()); }
+  [[nodiscard]] VertexId vertex_of(RecordId r) const { return VertexId{base_vertex_count_ + r.index()}; }
+  /// The record that brings `v`; none for a base vertex.
+  [[nodiscard]] RecordId record_of(VertexId v) const {
+    return v.index() < base_vertex_count_ ? RecordId{} : RecordId{v.index() - base_vertex_count_};
+  }
+
+  /// Applies the split of record `r`: u = target becomes u and v = vertex_of(r).
+  /// `seeds`: versions of C(r) from which the rest is reached, present now and containing `target`.
+  /// `joins(const GrowthFace&) -> bool`: see above; asked once for each face met, in an order that depends only on
+  /// the record.
+  /// Throws Error(kCorruptFile) when the record is applied already, a seed is not a present tet at the target, or the
+  /// region is no disk around the new vertex (then the refinement must not be used further).
+  template <class Joins>
+  void split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins);
+
+  [[nodiscard]] bool applied(RecordId r) const { return !target_[r.index()].is_none(); }
+  [[nodiscard]] std::uint32_t applied_count() const { return applied_count_; }
+  [[nodiscard]] VertexId target(RecordId r) const { return target_[r.index()]; }
+
+  // Versions are numbered in the order in which they appeared: base tets, base ghosts, then F(r) of each split.
+  [[nodiscard]] std::uint32_t base_version_count() const { return base_version_count_; }
+  [[nodiscard]] std::uint32_t version_count() const { return static_cast<std::uint32_t>(versions_.size()); }
+  [[nodiscard]] std::uint32_t base_tet_count() const { return base_tet_count_; }
+  /// F(r), r applied: `fine_count(r)` versions from `first_fine(r)`: modified ones first, in order of growth, then the
+  /// ones around the edge (u, v), in order of the rim faces.
+  [[nodiscard]] VersionId first_fine(RecordId r) const { return VersionId{first_fine_[r.index()]}; }
+  [[nodiscard]] std::uint32_t fine_count(RecordId r) const { return fine_count_[r.index()]; }
+  /// Number of real (not ghost) tets in F(r), and in F(r) less C(r).
+  [[nodiscard]] std::uint32_t fine_tet_count(RecordId r) const { return fine_tet_count_[r.index()]; }
+  [[nodiscard]] std::uint32_t added_tet_count(RecordId r) const { return added_tet_count_[r.index()]; }
+  /// The four vertices, in an order that is the same in every run; v = vertex_of(r) is at corner 0 in F(r).
+  [[nodiscard]] const Tet& vertices(VersionId t) const { return versions_[t.index()]; }
+  [[nodiscard]] bool is_ghost(VersionId t) const { return corner_of(versions_[t.index()], kDummyVertex) != 4; }
+  /// The record whose split replaces the version; none while no applied record does.
+  [[nodiscard]] RecordId creator(VersionId t) const {
+    const std::uint32_t state = state_[t.index()];
+    return (state & kReplaced) != 0 ? RecordId{state & ~kReplaced} : RecordId{};
+  }
+  /// The record whose split makes the version; none for the base.
+  [[nodiscard]] RecordId consumer(VersionId t) const {
+    return t.index() < base_version_count_ ? RecordId{} : record_of(versions_[t.index()][0]);
+  }
+  /// The present version behind the face of `t`, present itself, that is opposite `corner`; none when nothing is there.
+  [[nodiscard]] VersionId neighbour(VersionId t, std::uint32_t corner) const {
+    const std::uint32_t behind = live_[state_[t.index()]].neighbour[corner];
+    return behind == kNone ? VersionId{} : VersionId{live_[behind].version};
+  }
+  /// Records that must be applied before `r` (consumers of the versions in C(r), without repetition, ascending).
+  [[nodiscard]] std::span<const RecordId> parents(RecordId r) const;
+
+  /// Explains the first broken invariant; empty when all hold. O(versions).
+  [[nodiscard]] std::string validate() const;
+
+private:
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  /// Bit of a version's state: set once the version is replaced; the rest is then its creator.
+  static constexpr std::uint32_t kReplaced = 1U << 31;
+  static constexpr std::size_t kMaxRegion = 4096;
+  static constexpr std::uint32_t kMaxLive = 1U << 30;
+
+  /// A present version in its place among the others. A modified tet takes the place of the tet it replaces, so the
+  /// neighbours outside the region that share its outer face need no change.
+  struct Live {
+    std::uint32_t version = kNone;
+    std::array<std::uint32_t, 4> neighbour{kNone, kNone, kNone, kNone}; ///< place behind the face opposite the corner
+    std::uint32_t split = 0;                                            ///< the last split whose region it was in
+  };
+  struct RegionTet {
+    std::uint32_t place;
+    std::uint32_t u_corner;
+  };
+  struct RimFace {
+    std::uint32_t place;  ///< of the region tet
+    std::uint32_t corner; ///< opposite the face, in the modified tet
+  };
+  /// Scratch by vertex, valid for the split whose number it holds. One row is one touch of memory.
+  struct VertexMark {
+    std::uint32_t in_link = 0;
+    std::uint32_t in_rim = 0;
+    std::uint32_t open = 0; ///< 4 * place + corner of the rim tet that waits for its neighbour around (u, v)
+    std::uint32_t is_parent = 0;
+  };
+
+  void begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds);
+  void finish_split(RecordId r, VertexId target);
+  void measure_region(RecordId r);
+  void store_parents(RecordId r);
+  void replace_region(RecordId r);
+  void add_rim(RecordId r, VertexId target);
+  void check_rim_is_one_cycle(RecordId r) const;
+  void join_region(std::uint32_t place);
+  void close_boundary();
+  [[noreturn]] static void fail(RecordId r, const char* what);
+
+  [[nodiscard]] VertexMark& mark_of(VertexId v) { return marks_[v == kDummyVertex ? marks_.size() - 1 : v.index()]; }
+  [[nodiscard]] bool is_present(std::uint32_t version) const { return (state_[version] & kReplaced) == 0; }
+  [[nodiscard]] static std::uint32_t corner_of(const Tet& tet, VertexId v) {
+    return tet[0] == v ? 0 : tet[1] == v ? 1 : tet[2] == v ? 2 : tet[3] == v ? 3 : 4;
+  }
+  [[nodiscard]] static GrowthFace growth_face(const Tet& tet, std::uint32_t u_corner, std::uint32_t opposite);
+
+  std::uint32_t base_vertex_count_ = 0;
+  std::uint32_t base_tet_count_ = 0;
+  std::uint32_t base_version_count_ = 0;
+  std::uint32_t applied_count_ = 0;
+
+  // By record.
+  std::vector<VertexId> target_;
+  std::vector<std::uint32_t> first_fine_;
+  std::vector<std::uint16_t> fine_count_, fine_tet_count_, added_tet_count_, parent_count_;
+  std::vector<std::uint32_t> parent_begin_;
+  std::vector<RecordId> parents_;
+
+  // By version. State: its place in live_ while it is present, kReplaced | creator afterwards.
+  std::vector<Tet> versions_;
+  std::vector<std::uint32_t> state_;
+
+  std::vector<Live> live_;
+  std::vector<VertexMark> marks_; ///< one row a vertex, the last is the dummy's
+  std::vector<RegionTet> region_;
+  std::vector<RimFace> rim_;
+};
+
+inline GrowthFace Refinement::growth_face(const Tet& tet, std::uint32_t u_corner, std::uint32_t opposite) {
+  // The two other corners, in the order that makes (u, a, b, c) an even permutation of the tet.
+  static constexpr std::array<std::array<std::uint8_t, 4>, 4> kA = {
+      {{0, 2, 3, 1}, {3, 1, 0, 2}, {1, 3, 2, 0}, {2, 0, 1, 3}}};
+  const std::uint32_t a = kA[u_corner][opposite];
+  const std::uint32_t b = 6 - u_corner - opposite - a;
+  return {tet[u_corner], tet[a], tet[b], tet[opposite], 0, {}};
+}
+
+inline void Refinement::join_region(std::uint32_t place) {
+  Live& live = live_[place];
+  live.split = applied_count_ + 1;
+  region_.push_back({place, 0});
+  // What growth looks at next lies all over memory: its corner of the target is found when its turn comes.
+  __builtin_prefetch(&versions_[live.version]);
+  for (const std::uint32_t behind : live.neighbour)
+    if (behind != kNone) __builtin_prefetch(&live_[behind]);
+}
+
+template <class Joins>
+void Refinement::split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins) {
+  begin_split(r, target, seeds);
+  const std::uint32_t current = applied_count_ + 1;
+  for (std::size_t i = 0; i < region_.size(); ++i) {
+    region_[i].u_corner = corner_of(versions_[live_[region_[i].place].version], target);
+    const RegionTet tet = region_[i];
+    for (std::uint32_t corner = 0; corner < 4; ++corner) {
+      const std::uint32_t behind = live_[tet.place].neighbour[corner];
+      if (corner == tet.u_corner || behind == kNone || live_[behind].split == current) continue;
+      GrowthFace face = growth_face(versions_[live_[tet.place].version], tet.u_corner, corner);
+      face.region_size = static_cast<std::uint32_t>(region_.size());
+      face.behind = VersionId{live_[behind].version};
+      if (!joins(static_cast<const GrowthFace&>(face))) continue;
+      if (region_.size() == kMaxRegion) fail(r, "its region has more than 4096 tets");
+      join_region(behind);
+    }
+  }
+  finish_split(r, target);
+}
+
+} // namespace ptet

@@ -1,0 +1,66 @@
+// The record stream: what the builder hands to the writer, and nothing of how it was found.
+//
+//   versions   0 .. original-1           the input: tets first, then one ghost tet for each boundary face
+//              original .. count-1       made by collapses, in the order of the collapses
+//   records    in collapse order (fine to coarse); record i consumed the fine versions F(i) and made the coarse
+//              versions C(i):
+//
+//        F(i) = modified_0 .. modified_{m-1}, deleted_0 .. deleted_{d-1}     (the star of the removed vertex)
+//                  |               |
+//        C(i) = coarse_0   ..  coarse_{m-1}                                  (vertex replaced by target)
+//
+// Ghosts (a, b, c, kDummyVertex) stand in these lists like any other tet: they are the boundary faces.
+#pragma once
+
+#include "ptet/ids.hpp"
+#include "ptet/mesh.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ptet {
+
+/// A field whose errors the records carry.
+struct GoverningField {
+  std::uint32_t array = 0; ///< index into TetMesh::point_arrays
+  double range = 0;        ///< largest minus least value; for vectors the diagonal of the box of values
+};
+
+struct RecordStream {
+  std::vector<GoverningField> fields;
+  double diagonal = 0; ///< of the bounding box of the used vertices
+
+  // Versions.
+  std::uint32_t original_tet_count = 0;
+  std::uint32_t original_ghost_count = 0;
+  /// Four vertices each; real tets positively oriented, ghosts oriented like the tets (so a ghost's face, seen from
+  /// the dummy, is the boundary face seen from outside).
+  std::vector<Tet> versions;
+
+  // Records, in collapse order.
+  std::vector<VertexId> removed;
+  std::vector<VertexId> target;
+  /// Non-decreasing. Records of one round do not depend on one another.
+  std::vector<std::uint32_t> round;
+  /// size()+1 offsets into `fine`.
+  std::vector<std::uint64_t> fine_begin{0};
+  /// Versions consumed: modified ones first.
+  std::vector<VersionId> fine;
+  std::vector<std::uint16_t> modified_count;
+  /// First version of C(i); C(i)[m] comes from F(i)[m].
+  std::vector<VersionId> coarse_begin;
+  /// size() x fields.size(): largest field error over C(i), in field units.
+  std::vector<double> field_error;
+  /// Largest domain error over the boundary faces in C(i), in mesh units; 0 where no boundary face moved.
+  std::vector<double> domain_error;
+
+  [[nodiscard]] std::size_t size() const { return removed.size(); }
+  [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
+    return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
+  }
+  /// Explains the first broken invariant; empty when all hold. O(versions).
+  [[nodiscard]] std::string validate() const;
+};
+
+} // namespace ptet

@@ -1,0 +1,499 @@
+"""What a user types, with the output and exit code it must have. Usage: test_cli.py PTET [unittest options]
+
+Real meshes are looked for in the folder that PTET_DATA names (default: shared/data beside the source tree)."""
+import json
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+sys.dont_write_bytecode = True  # leaves the source tree as it is
+import meshes  # noqa: E402
+
+PTET = None
+DATA = pathlib.Path(os.environ.get("PTET_DATA") or
+                    pathlib.Path(__file__).resolve().parents[3] / "shared" / "data")
+
+COMMANDS = {
+    "build": ["--output", "--field", "--max-field-error", "--max-domain-error", "--target-vertices", "--min-quality",
+              "--max-star", "--threads", "--force", "--json", "--quiet"],
+    "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--focus", "--focus-error",
+                "--errors", "--json"],
+    "info": ["--levels", "--json"],
+    "verify": ["--original", "--json"],
+    "dump": ["--annotate"],
+}
+
+
+class Case(unittest.TestCase):
+    """A test with a folder of its own, in which the program runs."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="ptet-cli-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def ptet(self, *arguments, code=0, **options):
+        options.setdefault("stdout", subprocess.PIPE)
+        done = subprocess.run([PTET, *map(str, arguments)], cwd=self.folder, stderr=subprocess.PIPE,
+                              encoding="utf-8", timeout=600, check=False, **options)
+        self.assertEqual(done.returncode, code, f"ptet {arguments}\n{done.stdout}\n{done.stderr}")
+        return done
+
+    def refused(self, code, *arguments, says=()):
+        """The program ends with `code`, nothing on stdout and one line on stderr that holds all of `says`."""
+        done = self.ptet(*arguments, code=code)
+        self.assertEqual(done.stdout, "")
+        self.assertTrue(done.stderr.startswith("ptet: error: "), done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        for text in [says] if isinstance(says, str) else says:
+            self.assertIn(text, done.stderr)
+        return done
+
+    def json(self, *arguments):
+        return json.loads(self.ptet(*arguments, "--json").stdout)
+
+    def files(self):
+        return sorted(path.name for path in self.folder.iterdir())
+
+    def grid(self, n=6, name="grid.vtu"):
+        points, tets = meshes.grid(n)
+        return meshes.vtu(self.folder / name, points, tets, meshes.wave(points))
+
+    def built_grid(self, n=6):
+        self.grid(n)
+        self.ptet("build", "grid.vtu", "--quiet")
+        return self.folder / "grid.ptet"
+
+
+class Help(Case):
+    def test_every_command_names_its_options(self):
+        for command, options in COMMANDS.items():
+            with self.subTest(command):
+                text = self.ptet(command, "--help").stdout
+                for option in options:
+                    self.assertIn(option, text)
+                self.assertIn("Examples:", text)
+                self.assertEqual(self.ptet("help", command).stdout, text)
+
+    def test_program(self):
+        text = self.ptet("--help").stdout
+        self.assertEqual(self.ptet("help").stdout, text)
+        for word in [*COMMANDS, "Exit codes", "130"]:
+            self.assertIn(word, text)
+        self.assertRegex(self.ptet("--version").stdout, r"^ptet \d+\.\d+\.\d+\n$")
+
+    def test_no_command_is_a_usage_error(self):
+        done = self.ptet(code=2)
+        self.assertEqual(done.stdout, "")
+        self.assertIn("Usage:", done.stderr)
+
+    def test_unknown_command(self):
+        self.refused(2, "simplify", says=["simplify", "'build'"])
+        self.refused(2, "help", "simplify", says=["simplify", "'build'"])
+
+
+class Usage(Case):
+    def test_values_are_refused_by_the_option_that_has_them(self):
+        bound = ["", "nan", "NaN%", "inf", "-1", "-0", "1e999", "1%%", "%", "x", "1,5x", "0x10", " 1"]
+        cases = {
+            "build": {"--max-field-error": [*bound, "=1", "smooth=", "smooth=-1", "smooth=1,", "1,2", "a=1,a=2"],
+                      "--max-domain-error": bound, "--target-vertices": ["", "-1", "1.5", "101%", "nan", "-1%"],
+                      "--min-quality": ["", "-1", "nan", "2"], "--max-star": ["", "3", "-1", "x"],
+                      "--threads": ["", "-1", "1.5", "99999999999"]},
+            "extract": {"--field-error": [*bound, "=1", "smooth=nan", "1%,2%"], "--domain-error": bound,
+                        "--tets": ["", "-1", "1.5", "101%"], "--vertices": ["", "-1", "inf"],
+                        "--focus": ["", "box", "box:1,2,3", "box:1,0,0,0,1,1", "box:0,0,0,1,1,nan",
+                                    "box:0,0,0,1,1,1,1", "sphere:0,0,0,-1", "sphere:0,0,0,inf", "cone:0,0,0,1",
+                                    "box:0,,0,1,1,1"],
+                        "--focus-error": bound},
+        }
+        self.built_grid(2)
+        for command, options in cases.items():
+            for option, values in options.items():
+                for value in values:
+                    with self.subTest(command=command, option=option, value=value):
+                        more = ["--focus", "sphere:0,0,0,1"] if option == "--focus-error" else []
+                        file = "grid.vtu" if command == "build" else "grid.ptet"
+                        self.refused(2, command, file, "-o" if command == "build" else "--json",
+                                     *(["x.ptet"] if command == "build" else []), *more, option, value, says=option)
+        self.assertEqual(self.files(), ["grid.ptet", "grid.vtu"])
+
+    def test_missing_and_doubled(self):
+        self.refused(2, "build", says="IN")
+        self.refused(2, "extract", "a.ptet", "--tets", says="--tets")
+        self.refused(2, "extract", "a.ptet", "--tets", "1", "--tets", "2", says="--tets")
+        self.refused(2, "extract", "a.ptet", "b.ptet", says="b.ptet")
+        self.refused(2, "info", "a.ptet", "--nope", says="--nope")
+
+    def test_options_that_need_another(self):
+        self.built_grid(2)
+        self.refused(2, "extract", "grid.ptet", "--focus-error", "1%", says="--focus")
+        self.refused(2, "extract", "grid.ptet", "--errors", says="--errors")
+        self.refused(2, "extract", "grid.ptet", "--errors", "-o", "a.stl", says="--errors")
+        self.refused(2, "extract", "grid.ptet", "-o", "a.png", says=["a.png", ".vtu", ".stl"])
+        self.refused(2, "info", "grid.vtu", "--levels", says="--levels")
+
+    def test_unknown_fields_are_answered_with_the_known(self):
+        self.built_grid(2)
+        known = ["'nope'", "'smooth'", "'bumpy'"]
+        self.refused(2, "build", "grid.vtu", "-o", "x.ptet", "--field", "nope", says=known)
+        self.refused(2, "build", "grid.vtu", "-o", "x.ptet", "--max-field-error", "nope=1%", says=known)
+        self.refused(2, "extract", "grid.ptet", "--field-error", "nope=1%", says=known)
+        self.ptet("build", "grid.vtu", "-o", "one.ptet", "--field", "smooth", "--quiet")
+        self.refused(2, "extract", "one.ptet", "--field-error", "bumpy=1%", says=["'bumpy'", "'smooth'"])
+
+
+class BadInput(Case):
+    def test_paths(self):
+        (self.folder / "folder").mkdir()
+        self.grid(2)
+        for command in ["build", "extract", "info", "verify", "dump"]:
+            with self.subTest(command):
+                self.refused(6, command, "missing.vtu", says="missing.vtu")
+                self.refused(6, command, "folder", says="folder")
+        self.refused(6, "build", "grid.vtu", "-o", "folder", says="folder")
+        self.refused(6, "build", "grid.vtu", "-o", "nowhere/x.ptet", says="nowhere")
+        self.refused(6, "build", "grid.vtu", "-o", "/dev/null", says="/dev/null")
+        self.assertEqual(self.files(), ["folder", "grid.vtu"])
+
+    def test_nan_in_a_field(self):
+        points, tets = meshes.grid(3)
+        fields = meshes.wave(points)
+        fields["bumpy"][1][7] = float("nan")
+        meshes.vtu(self.folder / "nan.vtu", points, tets, fields)
+        self.refused(3, "build", "nan.vtu", says=["bumpy", "7"])
+        # Where it does not govern it is carried along, bit for bit.
+        self.ptet("build", "nan.vtu", "--field", "smooth")
+        self.ptet("verify", "nan.ptet", "--original", "nan.vtu")
+
+    def test_nan_in_a_position(self):
+        points, tets = meshes.grid(2)
+        points[5] = (0.0, float("nan"), 0.0)
+        meshes.vtu(self.folder / "nan.vtu", points, tets, {"u": ("Float64", [0.0] * len(points))})
+        self.refused(3, "build", "nan.vtu", says="5")
+        self.assertFalse(self.json("info", "nan.vtu")["buildable"])
+
+    def test_empty_mesh(self):
+        meshes.vtu(self.folder / "empty.vtu", [], [])
+        self.refused(3, "build", "empty.vtu", says="empty.vtu")
+
+    def test_triangle_mesh(self):
+        points = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
+        meshes.vtu(self.folder / "flat.vtu", points, [[0, 1, 2]], {"u": ("Float32", [1.0, 2.0, 3.0])},
+                   meshes.TRIANGLE)
+        self.refused(3, "build", "flat.vtu", says="flat.vtu")
+        self.refused(3, "info", "flat.vtu", says="flat.vtu")
+
+    def test_garbage(self):
+        (self.folder / "noise.vtu").write_bytes(random.Random(1).randbytes(4096))
+        (self.folder / "noise.ptet").write_bytes(random.Random(2).randbytes(4096))
+        (self.folder / "empty.ptet").write_bytes(b"")
+        self.refused(3, "build", "noise.vtu", says="noise.vtu")
+        self.refused(3, "info", "noise.vtu", says="noise.vtu")
+        for command in ["extract", "info", "verify", "dump"]:
+            self.refused(4, command, "noise.ptet")
+            self.refused(4, command, "empty.ptet")
+
+    def test_a_ptet_file_is_no_input_for_a_build(self):
+        self.built_grid(2)
+        self.refused(3, "build", "grid.ptet", "-o", "x.ptet", says="extract")
+
+    def test_a_mesh_without_fields(self):
+        points, tets = meshes.grid(3)
+        meshes.vtu(self.folder / "bare.vtu", points, tets)
+        self.ptet("build", "bare.vtu")
+        self.ptet("verify", "bare.ptet", "--original", "bare.vtu")
+        self.refused(2, "extract", "bare.ptet", "--field-error", "1%", says="--field-error")
+
+    def test_one_tet(self):
+        points, tets = meshes.SINGLE_TET
+        meshes.vtu(self.folder / "one.vtu", points, tets, {"u": ("Float64", [0.0, 1.0, 2.0, 3.0])})
+        self.assertEqual(self.json("build", "one.vtu")["records"], 0)
+        self.ptet("verify", "one.ptet", "--original", "one.vtu")
+        extracted = self.json("extract", "one.ptet", "-o", "again.vtu")
+        self.assertEqual((extracted["vertices"], extracted["tets"], extracted["limited_by"]), (4, 1, "nothing"))
+
+    def test_disconnected_pieces(self):
+        points, tets = meshes.grid(4)
+        more, others = meshes.grid(3, origin=(5.0, 0.0, 0.0))
+        tets += [[v + len(points) for v in tet] for tet in others]
+        points += more
+        meshes.vtu(self.folder / "two.vtu", points, tets, meshes.wave(points))
+        self.assertEqual(self.json("info", "two.vtu")["components"], 2)
+        self.ptet("build", "two.vtu")
+        self.ptet("verify", "two.ptet", "--original", "two.vtu")
+        self.ptet("extract", "two.ptet", "--vertices", "10%", "-o", "coarse.vtu")
+        self.assertEqual(self.json("info", "coarse.vtu")["components"], 2)
+
+    def test_inverted_tets_are_turned_and_said(self):
+        points, tets = meshes.grid(3)
+        for tet in tets[::5]:
+            tet[0], tet[1] = tet[1], tet[0]
+        meshes.vtu(self.folder / "inverted.vtu", points, tets, meshes.wave(points))
+        self.assertIn("inverted-tets", [f["code"] for f in self.json("info", "inverted.vtu")["findings"]])
+        self.assertTrue(self.json("build", "inverted.vtu")["notes"])
+        found = self.json("verify", "inverted.ptet", "--original", "inverted.vtu")
+        self.assertTrue(found["ok"])
+        self.assertIn("turned", " ".join(found["notes"]))
+
+
+class Files(Case):
+    def test_output_is_replaced_only_when_it_is_meant(self):
+        self.grid(3)
+        self.ptet("build", "grid.vtu", "--quiet")
+        before = (self.folder / "grid.ptet").read_bytes()
+        self.ptet("build", "grid.vtu", "--quiet", "--field", "smooth")
+        self.assertNotEqual((self.folder / "grid.ptet").read_bytes(), before)
+        (self.folder / "notes.txt").write_text("keep me")
+        self.refused(2, "build", "grid.vtu", "-o", "notes.txt", says=["notes.txt", "--force"])
+        self.assertEqual((self.folder / "notes.txt").read_text(), "keep me")
+        self.ptet("build", "grid.vtu", "-o", "notes.txt", "--force", "--quiet")
+        self.ptet("verify", "notes.txt")
+        self.refused(2, "build", "grid.vtu", "-o", "./grid.vtu", "--force", says="input")
+        self.assertEqual(self.files(), ["grid.ptet", "grid.vtu", "notes.txt"])
+
+    def test_a_link_stays_a_link(self):
+        self.grid(2)
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "elsewhere" / "real.ptet").write_bytes(b"")
+        (self.folder / "grid.ptet").symlink_to("elsewhere/real.ptet")
+        self.ptet("build", "grid.vtu", "--quiet")
+        self.assertTrue((self.folder / "grid.ptet").is_symlink())
+        self.ptet("verify", "elsewhere/real.ptet")
+
+    def test_same_bytes_on_any_number_of_threads(self):
+        self.grid(8)
+        for threads in [1, 2, 5]:
+            self.ptet("build", "grid.vtu", "-o", f"{threads}.ptet", "--threads", threads, "--quiet")
+        self.assertEqual((self.folder / "1.ptet").read_bytes(), (self.folder / "2.ptet").read_bytes())
+        self.assertEqual((self.folder / "1.ptet").read_bytes(), (self.folder / "5.ptet").read_bytes())
+
+    def test_full_disk(self):
+        self.grid(10)
+        small = self.folder / "small"
+        small.mkdir()
+        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", str(small)],
+                                               stderr=subprocess.DEVNULL, check=False).returncode != 0:
+            self.skipTest("needs the right to mount a small tmpfs")
+        self.addCleanup(subprocess.run, ["umount", str(small)], check=True)
+        self.refused(6, "build", "grid.vtu", "-o", "small/x.ptet", says=["small/x.ptet", "No space left"])
+        self.ptet("build", "grid.vtu", "--quiet")
+        for ending in ["vtu", "vtk", "stl", "ply", "obj", "off"]:
+            self.refused(6, "extract", "grid.ptet", "-o", f"small/x.{ending}", says=f"small/x.{ending}")
+        self.assertEqual(list(small.iterdir()), [])
+
+    def test_standard_output_that_cannot_be_written(self):
+        self.built_grid(3)
+        for arguments in [["info", "grid.ptet"], ["extract", "grid.ptet", "--json"], ["dump", "grid.ptet"],
+                          ["--help"]]:
+            with self.subTest(arguments), open("/dev/full", "w", encoding="ascii") as full:
+                self.assertIn("standard output", self.ptet(*arguments, code=6, stdout=full).stderr)
+        closed = subprocess.run(f"{PTET} info grid.ptet >&-", shell=True, cwd=self.folder, stderr=subprocess.PIPE,
+                                encoding="utf-8", check=False)
+        self.assertEqual(closed.returncode, 6, closed.stderr)
+
+    def test_a_reader_that_goes_away(self):
+        self.built_grid(6)
+        done = subprocess.run(f"{PTET} dump --annotate grid.ptet | head -n 1", shell=True, cwd=self.folder,
+                              capture_output=True, encoding="utf-8", check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_damage(self):
+        whole = self.built_grid(4).read_bytes()
+        damaged = self.folder / "damaged.ptet"
+        rng = random.Random(3)
+        for length in [1, 7, 8, 100, len(whole) // 2, len(whole) - 1, *(rng.randrange(len(whole)) for _ in range(20))]:
+            with self.subTest(length=length):
+                damaged.write_bytes(whole[:length])
+                self.refused(4, "extract", damaged.name)
+                self.refused(4, "info", damaged.name)
+        for bit in (rng.randrange(8 * len(whole)) for _ in range(100)):
+            with self.subTest(bit=bit):
+                data = bytearray(whole)
+                data[bit // 8] ^= 1 << bit % 8
+                damaged.write_bytes(data)
+                self.assertIn("error", self.ptet("verify", damaged.name, code=4).stderr)
+        damaged.write_bytes(whole + b"\0")
+        self.ptet("verify", damaged.name, code=4)
+
+
+class Reports(Case):
+    def test_build(self):
+        self.grid(8)
+        report = self.json("build", "grid.vtu", "--target-vertices", "20%")
+        self.assertEqual(report["input"]["vertices"], 729)
+        self.assertEqual(report["input"]["tets"], 3072)
+        self.assertEqual(report["output"], "grid.ptet")
+        self.assertEqual(report["base"]["vertices"] + report["records"], 729)
+        self.assertEqual(report["collapses"]["accepted"], report["records"])
+        self.assertEqual(set(report["field_error"]), {"smooth", "bumpy"})
+        self.assertEqual(report["file_bytes"], (self.folder / "grid.ptet").stat().st_size)
+        if report["stopped_by"] == "target":
+            self.assertLessEqual(report["base"]["vertices"], 145)
+        for key in ["rounds", "depth", "domain_error", "bytes_per_vertex", "seconds", "collapses_per_second", "notes"]:
+            self.assertIn(key, report)
+
+    def test_a_whole_percentage_is_not_a_count(self):
+        self.grid(4)
+        self.assertEqual(self.json("build", "grid.vtu", "--target-vertices", "100%")["records"], 0)
+
+    def test_max_field_error_holds(self):
+        self.grid(8)
+        free = self.json("build", "grid.vtu", "-o", "free.ptet")
+        held = self.json("build", "grid.vtu", "-o", "held.ptet", "--max-field-error", "5%,bumpy=0.01")
+        self.assertLessEqual(held["field_error"]["bumpy"], 0.01)
+        self.assertLessEqual(held["field_error"]["smooth"], 0.05 * 4)
+        self.assertGreater(free["field_error"]["bumpy"], 0.01)
+
+    def test_human_reports(self):
+        self.grid(6)
+        self.assertIn("base", self.ptet("build", "grid.vtu").stdout)
+        self.assertEqual(self.ptet("build", "grid.vtu", "--quiet").stdout, "")
+        text = self.ptet("extract", "grid.ptet", "--field-error", "1%", "--focus", "box:0,0,0,1,1,.2").stdout
+        for word in ["asked", "achieved", "smooth", "domain", "focus", "limited", "bytes"]:
+            self.assertIn(word, text)
+        self.assertIn("level", self.ptet("info", "grid.ptet", "--levels").stdout)
+        self.assertIn("sound", self.ptet("verify", "grid.ptet").stdout)
+
+    def test_info_of_a_mesh(self):
+        self.grid(4)
+        report = self.json("info", "grid.vtu")
+        expected = {"kind": "mesh", "vertices": 125, "tets": 384, "components": 1, "boundary_components": 1,
+                    "euler_characteristic": 1, "boundary_euler_characteristic": 2, "boundary_faces": 192,
+                    "boundary_vertices": 98, "buildable": True}
+        self.assertEqual({key: report[key] for key in expected}, expected)
+        self.assertAlmostEqual(report["volume"], 1)
+        self.assertAlmostEqual(report["boundary_area"], 6)
+
+    def test_info_of_a_ptet_file(self):
+        self.built_grid(6)
+        report = self.json("info", "grid.ptet", "--levels")
+        self.assertEqual((report["kind"], report["vertices"], report["tets"]), ("ptet", 343, 1296))
+        self.assertEqual([field["name"] for field in report["fields"]], ["smooth", "bumpy"])
+        for level in report["levels"]:
+            percent = f"{100 * level['error']!r}%"
+            extracted = self.json("extract", "grid.ptet", "--field-error", percent, "--domain-error", percent)
+            self.assertEqual((extracted["vertices"], extracted["tets"]), (level["vertices"], level["tets"]), percent)
+
+    def test_extract(self):
+        self.built_grid(8)
+        report = self.json("extract", "grid.ptet", "--field-error", "10%,bumpy=0.02", "--domain-error", "1%")
+        self.assertEqual(set(report), {"asked", "achieved", "vertices", "tets", "bytes_read", "seconds", "limited_by",
+                                       "output"})
+        self.assertIsNone(report["output"])
+        self.assertEqual(report["limited_by"], "error")
+        asked, achieved = report["asked"], report["achieved"]
+        self.assertAlmostEqual(asked["field_error"]["smooth"], 0.4)
+        self.assertEqual(asked["field_error"]["bumpy"], 0.02)
+        self.assertAlmostEqual(asked["domain_error"], 0.01 * 3 ** 0.5)
+        for field, bound in asked["field_error"].items():
+            self.assertLessEqual(achieved["field_error"][field], bound)
+        self.assertLessEqual(achieved["domain_error"], asked["domain_error"])
+        self.assertLess(report["vertices"], 729)
+
+    def test_budgets(self):
+        self.built_grid(8)
+        for option, key, limit in [("--tets", "tets", 1500), ("--vertices", "vertices", 200)]:
+            report = self.json("extract", "grid.ptet", option, limit)
+            self.assertLessEqual(report[key], limit)
+            self.assertEqual(report["limited_by"], "budget")
+        self.assertLessEqual(self.json("extract", "grid.ptet", "--vertices", "30%")["vertices"], 218)
+        self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "100%")["vertices"], 729)
+
+    def test_outputs(self):
+        self.built_grid(6)
+        for ending in ["vtu", "vtk", "obj", "ply", "stl", "off"]:
+            with self.subTest(ending):
+                report = self.json("extract", "grid.ptet", "--field-error", "2%", "-o", f"out.{ending}")
+                self.assertEqual(report["output"], f"out.{ending}")
+                self.assertGreater((self.folder / f"out.{ending}").stat().st_size, 100)
+        self.assertEqual(self.json("info", "out.vtu")["vertices"], report["vertices"])
+        self.ptet("extract", "grid.ptet", "--field-error", "2%", "--errors", "-o", "errors.vtu")
+        header = (self.folder / "errors.vtu").read_bytes()
+        for field in [b"error of smooth", b"error of bumpy"]:
+            self.assertIn(field, header)
+        self.assertEqual(self.json("verify", "grid.ptet", "--original", "grid.vtu")["ok"], True)
+
+    def test_the_original_comes_back(self):
+        self.built_grid(6)
+        self.ptet("extract", "grid.ptet", "-o", "full.vtu")
+        self.assertTrue(self.json("verify", "grid.ptet", "--original", "full.vtu")["ok"])
+
+    def test_verify_sees_what_differs(self):
+        self.built_grid(4)
+        points, tets = meshes.grid(4)
+
+        def wrong(points, tets, fields):
+            meshes.vtu(self.folder / "other.vtu", points, tets, fields)
+            done = self.ptet("verify", "grid.ptet", "--original", "other.vtu", "--json", code=4)
+            self.assertFalse(json.loads(done.stdout)["ok"])
+            return " ".join(json.loads(done.stdout)["wrong"])
+
+        fields = meshes.wave(points)
+        fields["bumpy"][1][60] += 2e-7
+        self.assertIn("1 vertex of the original not in the file", wrong(points, tets, fields))
+        self.assertIn("'extra'", wrong(points, tets, {**meshes.wave(points), "extra": ("Int32", [1] * len(points))}))
+        self.assertIn("1 tet after full refinement", wrong(points, tets[1:], meshes.wave(points)))
+        self.assertIn("missing", wrong(points, [*tets[:-1], [0, 1, 30, 120]], meshes.wave(points)))
+        moved = [*points[:-1], (1.0, 1.0, 1.0 + 2 ** -52)]
+        self.assertIn("vertex", wrong(moved, tets, meshes.wave(points)))
+
+
+class RealMeshes(Case):
+    def mesh(self, name):
+        path = DATA / name
+        if not path.exists():
+            self.skipTest(f"{path} is not there; PTET_DATA names the folder of the real meshes")
+        return path
+
+    def test_from_mesh_to_levels_and_back(self):
+        fire = self.mesh("fire_ug.vtu")
+        report = self.json("build", fire, "-o", "fire.ptet")
+        self.assertTrue(self.json("verify", "fire.ptet", "--original", fire)["ok"])
+        for options in [["--field-error", "1%"], ["--vertices", "5%"], ["--tets", "2000"],
+                        ["--field-error", "5%", "--focus", "sphere:0,0,0,1"]]:
+            with self.subTest(options):
+                extracted = self.json("extract", "fire.ptet", *options, "-o", "out.vtu")
+                info = self.json("info", "out.vtu")
+                self.assertEqual((info["vertices"], info["tets"]), (extracted["vertices"], extracted["tets"]))
+                self.assertEqual([f["code"] for f in info["findings"] if f["severity"] != "note"], [])
+        self.assertEqual(self.json("extract", "fire.ptet")["tets"], report["input"]["tets"])
+
+    def test_an_interrupt_leaves_nothing_behind(self):
+        motorbike = self.mesh("motorbike.vtu")
+        for name, after in [(signal.SIGINT, 0.2), (signal.SIGINT, 3.0), (signal.SIGTERM, 6.0)]:
+            with self.subTest(signal=name, after=after):
+                with subprocess.Popen([PTET, "build", str(motorbike), "-o", "m.ptet"], cwd=self.folder,
+                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+                    time.sleep(after)
+                    run.send_signal(name)
+                    sent = time.monotonic()
+                    out, err = run.communicate(timeout=120)
+                self.assertEqual(run.returncode, 130, err)
+                self.assertLess(time.monotonic() - sent, 60)
+                self.assertEqual((out, err), (b"", b"ptet: interrupted; nothing was written\n"))
+                self.assertEqual(self.files(), [])
+
+    def test_a_second_interrupt_kills_at_once(self):
+        motorbike = self.mesh("motorbike.vtu")
+        with subprocess.Popen([PTET, "build", str(motorbike), "-o", "m.ptet"], cwd=self.folder,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+            time.sleep(1.0)
+            run.send_signal(signal.SIGINT)
+            time.sleep(0.1)
+            run.send_signal(signal.SIGINT)
+            self.assertIn(run.wait(timeout=10), (-signal.SIGINT, 130))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2 or shutil.which(sys.argv[1]) is None:
+        sys.exit("usage: test_cli.py PTET [unittest options]")
+    PTET = str(pathlib.Path(shutil.which(sys.argv.pop(1))).resolve())
+    unittest.main()

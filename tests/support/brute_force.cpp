@@ -1,0 +1,202 @@
+#include "support/brute_force.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace ptet::test {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+Vector from_to(const Point& a, const Point& b) {
+  return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+}
+double dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double determinant(const Point& a, const Point& b, const Point& c, const Point& d) {
+  return dot(from_to(a, b), cross(from_to(a, c), from_to(a, d)));
+}
+
+} // namespace
+
+CutMesh cut_mesh(const RecordStream& stream, const std::vector<char>& is_split) {
+  const std::size_t original = std::size_t{stream.original_tet_count} + stream.original_ghost_count;
+  std::vector<std::size_t> maker(stream.versions.size(), CutMesh::kOriginal);
+  std::vector<char> is_there(stream.versions.size(), 0);
+  std::fill_n(is_there.begin(), original, 1);
+  CutMesh cut;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    if (is_split[i]) continue;
+    cut.removed.push_back(stream.removed[i]);
+    for (const VersionId t : stream.consumed(i))
+      is_there[t.index()] = 0;
+    for (std::size_t m = 0; m < stream.modified_count[i]; ++m) {
+      is_there[stream.coarse_begin[i].index() + m] = 1;
+      maker[stream.coarse_begin[i].index() + m] = i;
+    }
+  }
+  for (std::size_t t = 0; t < is_there.size(); ++t) {
+    if (!is_there[t]) continue;
+    const Tet& tet = stream.versions[t];
+    const bool is_ghost = std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
+    (is_ghost ? cut.ghosts : cut.tets).push_back(tet);
+    (is_ghost ? cut.ghost_maker : cut.tet_maker).push_back(maker[t]);
+  }
+  return cut;
+}
+
+std::vector<char> after_collapses(const RecordStream& stream, std::size_t count) {
+  std::vector<char> is_split(stream.size(), 1);
+  std::fill_n(is_split.begin(), count, 0);
+  return is_split;
+}
+
+void close_cut(const RecordStream& stream, std::vector<char>& is_split) {
+  constexpr auto kNobody = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> consumer(stream.versions.size(), kNobody);
+  for (std::size_t i = 0; i < stream.size(); ++i)
+    for (const VersionId t : stream.consumed(i))
+      consumer[t.index()] = i;
+  // Consumers come later in the stream, so one pass is enough.
+  for (std::size_t i = 0; i < stream.size(); ++i)
+    for (std::size_t m = 0; is_split[i] && m < stream.modified_count[i]; ++m)
+      if (const std::size_t next = consumer[stream.coarse_begin[i].index() + m]; next != kNobody) is_split[next] = 1;
+}
+
+double largest_domain_error(const RecordStream& stream, const CutMesh& cut) {
+  double largest = 0;
+  for (const std::size_t i : cut.ghost_maker)
+    if (i != CutMesh::kOriginal) largest = std::max<double>(largest, stream.domain_error[i]);
+  return largest;
+}
+
+std::optional<std::array<double, 4>> barycentrics(const Point& p, const std::array<Point, 4>& tet) {
+  const double whole = determinant(tet[0], tet[1], tet[2], tet[3]);
+  if (whole == 0) return std::nullopt;
+  std::array<double, 4> weight{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    std::array<Point, 4> part = tet;
+    part[i] = p;
+    weight[i] = determinant(part[0], part[1], part[2], part[3]) / whole;
+  }
+  return weight;
+}
+
+Nearest nearest_on_triangle(const Point& p, const std::array<Point, 3>& triangle) {
+  Nearest best{std::numeric_limits<double>::infinity(), {}};
+  const auto offer = [&](const std::array<double, 3>& weight) {
+    Vector away{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      away[axis] =
+          p[axis] - weight[0] * triangle[0][axis] - weight[1] * triangle[1][axis] - weight[2] * triangle[2][axis];
+    const double distance = std::sqrt(dot(away, away));
+    if (distance < best.distance) best = {distance, weight};
+  };
+  const Vector normal = cross(from_to(triangle[0], triangle[1]), from_to(triangle[0], triangle[2]));
+  if (const double area_sq = dot(normal, normal); area_sq > 0) {
+    std::array<double, 3> weight{};
+    for (std::size_t i = 0; i < 3; ++i)
+      weight[i] = dot(normal, cross(from_to(p, triangle[(i + 1) % 3]), from_to(p, triangle[(i + 2) % 3]))) / area_sq;
+    if (*std::min_element(weight.begin(), weight.end()) >= 0) offer(weight);
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const Vector side = from_to(triangle[i], triangle[j]);
+    const double length_sq = dot(side, side);
+    const double t = length_sq > 0 ? std::clamp(dot(side, from_to(triangle[i], p)) / length_sq, 0.0, 1.0) : 0;
+    std::array<double, 3> weight{};
+    weight[i] = 1 - t;
+    weight[j] = t;
+    offer(weight);
+  }
+  return best;
+}
+
+NearestOnTet nearest_on_tet(const Point& p, const std::array<Point, 4>& tet) {
+  if (const auto weight = barycentrics(p, tet); weight && *std::min_element(weight->begin(), weight->end()) >= 0)
+    return {0, *weight};
+  NearestOnTet best{std::numeric_limits<double>::infinity(), {}};
+  for (std::size_t apex = 0; apex < 4; ++apex) {
+    const std::array<std::size_t, 3> face = {(apex + 1) % 4, (apex + 2) % 4, (apex + 3) % 4};
+    const Nearest here = nearest_on_triangle(p, {tet[face[0]], tet[face[1]], tet[face[2]]});
+    if (here.distance >= best.distance) continue;
+    best = {here.distance, {}};
+    for (std::size_t i = 0; i < 3; ++i)
+      best.weight[face[i]] = here.weight[i];
+  }
+  return best;
+}
+
+std::vector<std::size_t> makers(const RecordStream& stream) {
+  std::vector<std::size_t> maker(stream.versions.size(), CutMesh::kOriginal);
+  for (std::size_t i = 0; i < stream.size(); ++i)
+    std::fill_n(maker.begin() + stream.coarse_begin[i].index(), stream.modified_count[i], i);
+  return maker;
+}
+
+std::vector<std::vector<VersionId>> possible_holders(const RecordStream& stream, const std::vector<Point>& points,
+                                                     const std::vector<char>& is_split,
+                                                     const std::vector<VertexId>& vertices) {
+  std::map<VertexId, std::set<VersionId>> holders; // of the vertices that are followed and gone
+  std::map<VersionId, std::set<VertexId>> held;
+  const std::set<VertexId> followed(vertices.begin(), vertices.end());
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    if (is_split[i]) continue;
+    std::set<VertexId> homeless;
+    if (followed.count(stream.removed[i]) != 0) homeless.insert(stream.removed[i]);
+    for (const VersionId t : stream.consumed(i)) {
+      const auto found = held.find(t);
+      if (found == held.end()) continue;
+      for (const VertexId v : found->second)
+        holders[v].erase(t);
+      homeless.merge(found->second);
+      held.erase(found);
+    }
+    if (homeless.empty()) continue;
+    for (const VertexId v : homeless) {
+      std::vector<std::pair<double, VersionId>> offers;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (std::uint32_t m = 0; m < stream.modified_count[i]; ++m) {
+        const VersionId t{stream.coarse_begin[i].index() + m};
+        const Tet& tet = stream.versions[t.index()];
+        if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
+        const std::array<Point, 4> corners = {points[tet[0].index()], points[tet[1].index()], points[tet[2].index()],
+                                              points[tet[3].index()]};
+        const auto weight = barycentrics(points[v.index()], corners);
+        const bool touches = weight && *std::min_element(weight->begin(), weight->end()) >= kTouching;
+        offers.emplace_back(touches ? 0 : nearest_on_tet(points[v.index()], corners).distance, t);
+        nearest = std::min(nearest, offers.back().first);
+      }
+      for (const auto& [distance, t] : offers)
+        if (distance <= nearest * (1 + 1e-9) + 1e-11 * stream.diagonal) {
+          holders[v].insert(t);
+          held[t].insert(v);
+        }
+    }
+  }
+  std::vector<std::vector<VersionId>> result;
+  for (const VertexId v : vertices)
+    result.emplace_back(holders[v].begin(), holders[v].end());
+  return result;
+}
+
+double interpolation_error(const PointArray& field, VertexId v, const Tet& corner,
+                           const std::array<double, 4>& weight) {
+  double sum_sq = 0;
+  for (std::uint32_t c = 0; c < field.components; ++c) {
+    double difference = field.value(v.index(), c);
+    for (std::size_t i = 0; i < 4; ++i)
+      difference -= weight[i] * field.value(corner[i].index(), c);
+    sum_sq += difference * difference;
+  }
+  return std::sqrt(sum_sq);
+}
+
+} // namespace ptet::test

@@ -1,0 +1,177 @@
+#include "support/file_checks.hpp"
+
+#include "formats/ptet/writer.hpp"
+#include "support/mesh_checks.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include <catch2/catch.hpp>
+
+namespace ptet::test {
+namespace {
+
+using Row = std::string;
+
+/// All bits of a vertex.
+Row row_of(const TetMesh& mesh, VertexId v) {
+  Row row;
+  const auto append = [&](const PointArray& array) {
+    const auto* from = reinterpret_cast<const char*>(array.bytes.data()) + v.index() * array.row_bytes();
+    row.append(from, array.row_bytes());
+  };
+  append(mesh.positions);
+  for (const PointArray& array : mesh.point_arrays)
+    append(array);
+  return row;
+}
+
+/// The rows of all vertices, ascending; and each tet by the places of its vertices there. Vertices that have all bits
+/// in common cannot be told apart and need not be.
+struct Canonical {
+  std::vector<Row> rows;
+  std::vector<Tet> tets;
+  friend bool operator==(const Canonical&, const Canonical&) = default;
+};
+
+Canonical canonical(const TetMesh& mesh) {
+  Canonical result;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+    result.rows.push_back(row_of(mesh, VertexId{v}));
+  std::vector<Row> sorted = result.rows;
+  std::sort(sorted.begin(), sorted.end());
+  for (Tet tet : mesh.tets) {
+    for (VertexId& v : tet) {
+      const auto place = std::lower_bound(sorted.begin(), sorted.end(), result.rows[v.index()]);
+      v = VertexId{static_cast<std::uint32_t>(place - sorted.begin())};
+    }
+    result.tets.push_back(sorted_keeping_orientation(tet));
+  }
+  result.rows = std::move(sorted);
+  std::sort(result.tets.begin(), result.tets.end());
+  return result;
+}
+
+void check_errors(const TetMesh& mesh, const RecordStream& records, const file::Header& header,
+                  const file::Content& content) {
+  // Which record is which is told by the vertex; vertices that repeat all bits are skipped.
+  const TetMesh full = present_mesh(content);
+  std::vector<std::pair<Row, std::uint32_t>> by_row;
+  for (std::uint32_t r = 0; r < header.record_count; ++r) {
+    by_row.emplace_back(row_of(full, content.refinement.vertex_of(RecordId{r})), r);
+  }
+  std::sort(by_row.begin(), by_row.end());
+  std::size_t below = 0, far_above = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Row row = row_of(mesh, records.removed[i]);
+    const auto found = std::lower_bound(by_row.begin(), by_row.end(), std::pair(row, std::uint32_t{0}));
+    if (found == by_row.end() || found->first != row) continue;
+    if (found + 1 != by_row.end() && (found + 1)->first == row) continue;
+    const ErrorCode16* codes = content.own.data() + found->second * std::size_t{content.errors_per_record};
+    const auto compare = [&](double error, ErrorCode16 code, double scale) {
+      const double read = decode_error(code, scale);
+      below += read < error ? 1 : 0;
+      far_above += read > 1.05 * error ? 1 : 0;
+    };
+    std::size_t place = 0;
+    for (std::uint32_t a = 0; a < header.arrays.size(); ++a) {
+      for (std::size_t f = 0; f < records.fields.size(); ++f) {
+        if (records.fields[f].array != a) continue;
+        compare(records.field_error[i * records.fields.size() + f], codes[place++], header.arrays[a].range);
+      }
+    }
+    compare(records.domain_error[i], codes[place], header.diagonal);
+  }
+  CHECK(below == 0);
+  CHECK(far_above == 0);
+}
+
+} // namespace
+
+TetMesh present_mesh(const file::Content& content) {
+  TetMesh mesh;
+  mesh.positions = content.positions;
+  mesh.point_arrays = content.arrays;
+  for (std::uint32_t t = 0; t < content.refinement.version_count(); ++t) {
+    if (content.refinement.creator(VersionId{t}).is_none() && !content.refinement.is_ghost(VersionId{t})) {
+      mesh.tets.push_back(content.refinement.vertices(VersionId{t}));
+    }
+  }
+  return mesh;
+}
+
+std::vector<std::uint32_t> closed_under_needs(const file::Reader& reader, std::vector<std::uint32_t> blocks) {
+  std::vector<char> in(reader.blocks().size());
+  for (const std::uint32_t b : blocks)
+    in[b] = 1;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    for (const std::uint32_t needed : reader.blocks()[blocks[i]].needs) {
+      if (in[needed] != 0) continue;
+      in[needed] = 1;
+      blocks.push_back(needed);
+    }
+  }
+  std::sort(blocks.begin(), blocks.end());
+  return blocks;
+}
+
+void check_round_trip(const TetMesh& mesh, const RecordStream& records) {
+  const auto bytes = file::encode(mesh, records, {});
+  file::Reader reader(file::over_memory(bytes));
+  const file::Header& header = reader.header();
+  REQUIRE(header.record_count == records.size());
+  REQUIRE(header.tet_count == mesh.tets.size());
+  REQUIRE(header.base_vertex_count + header.record_count == mesh.vertex_count());
+  file::Content content = reader.read_base();
+  CHECK(content.refinement.validate().empty());
+  std::vector<std::uint32_t> every(header.block_count);
+  for (std::uint32_t b = 0; b < every.size(); ++b)
+    every[b] = b;
+  reader.load(every, content);
+  CHECK(content.refinement.validate().empty());
+  CHECK(reader.bytes_read() == bytes.size());
+
+  const TetMesh read = present_mesh(content);
+  REQUIRE(read.point_arrays.size() == mesh.point_arrays.size());
+  CHECK(read.positions.type == mesh.positions.type);
+  for (std::size_t i = 0; i < read.point_arrays.size(); ++i) {
+    CHECK(read.point_arrays[i].name == mesh.point_arrays[i].name);
+    CHECK(read.point_arrays[i].type == mesh.point_arrays[i].type);
+    CHECK(read.point_arrays[i].components == mesh.point_arrays[i].components);
+  }
+  CHECK(canonical(read) == canonical(mesh));
+  check_errors(mesh, records, header, content);
+}
+
+void check_same_records(const file::Reader& reader, const file::Content& all, const file::Content& some) {
+  const auto same_row = [](const PointArray& a, const PointArray& b, std::size_t row) {
+    return std::memcmp(a.bytes.data() + row * a.row_bytes(), b.bytes.data() + row * b.row_bytes(), a.row_bytes()) == 0;
+  };
+  std::size_t different = 0;
+  for (std::uint32_t i = 0; i < reader.header().record_count; ++i) {
+    const RecordId r{i};
+    if (!some.refinement.applied(r)) continue;
+    bool same = some.refinement.target(r) == all.refinement.target(r) &&
+                some.refinement.fine_count(r) == all.refinement.fine_count(r) &&
+                some.generation[i] == all.generation[i];
+    for (std::uint32_t k = 0; same && k < all.refinement.fine_count(r); ++k) {
+      same = all.refinement.vertices(VersionId{all.refinement.first_fine(r).index() + k}) ==
+             some.refinement.vertices(VersionId{some.refinement.first_fine(r).index() + k});
+    }
+    const auto all_parents = all.refinement.parents(r), some_parents = some.refinement.parents(r);
+    same = same && std::equal(all_parents.begin(), all_parents.end(), some_parents.begin(), some_parents.end());
+    const std::size_t row = all.refinement.vertex_of(r).index();
+    same = same && same_row(all.positions, some.positions, row);
+    for (std::size_t a = 0; a < all.arrays.size(); ++a)
+      same = same && same_row(all.arrays[a], some.arrays[a], row);
+    for (std::size_t c = i * std::size_t{all.errors_per_record}; c < (i + 1) * std::size_t{all.errors_per_record};
+         ++c) {
+      same = same && all.own[c] == some.own[c] && all.monotone[c] == some.monotone[c];
+    }
+    different += same ? 0 : 1;
+  }
+  CHECK(different == 0);
+}
+
+} // namespace ptet::test

@@ -1,0 +1,232 @@
+// The moving boundary: which collapses it bears, the domain error by hand, and whether it would meet itself.
+#include "build/boundary_surface.hpp"
+#include "build_fixture.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+using build::SlotId;
+using build::Vertex;
+using build::test::Fixture;
+using build::test::tent;
+using Tets = std::vector<std::array<Vertex, 4>>;
+
+namespace {
+
+struct Moving {
+  explicit Moving(Fixture f) : fixture(std::move(f)), frozen(fixture.points.size(), 0) {}
+
+  Fixture fixture;
+  std::vector<char> frozen;
+  build::BoundarySurface surface{fixture.complex, fixture.points, 10, frozen};
+
+  bool would_intersect(Vertex vs, Vertex vd) {
+    classify(vs, vd);
+    return surface.would_intersect(fixture.complex, vs, vd, modified, deleted);
+  }
+  /// Collapses, and returns the domain error. Only the surface is asked.
+  double collapse(Vertex vs, Vertex vd) {
+    REQUIRE(surface.collapse_ok(vs, vd));
+    const double error = surface.simulate(vs, vd);
+    classify(vs, vd);
+    fixture.complex.collapse(vs, vd, deleted, modified);
+    surface.collapse(fixture.complex, vs, vd, modified, deleted);
+    return error;
+  }
+
+private:
+  void classify(Vertex vs, Vertex vd) {
+    deleted.clear();
+    modified.clear();
+    for (const SlotId s : fixture.complex.star(vs)) {
+      const auto& v = fixture.complex.slot(s).v;
+      (std::find(v.begin(), v.end(), vd) != v.end() ? deleted : modified).push_back(s);
+    }
+  }
+  std::vector<SlotId> deleted, modified;
+};
+
+/// Puts two bodies into one mesh.
+Fixture both(const Fixture& a, const Tets& a_tets, const Fixture& b, const Tets& b_tets) {
+  std::vector<Point> points = a.points;
+  const auto shift = static_cast<Vertex>(points.size());
+  points.insert(points.end(), b.points.begin(), b.points.end());
+  Tets tets = a_tets;
+  for (const auto& t : b_tets)
+    tets.push_back({t[0] + shift, t[1] + shift, t[2] + shift, t[3] + shift});
+  return {points, tets};
+}
+const Tets kTent = {{0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 4, 5}, {0, 1, 5, 2}};
+
+/// A tent with a tip below its ring, and above it a spike down to `z`.
+Fixture spike_over_a_dent(double z) {
+  return both(tent(-0.5), kTent, Fixture({{0, 0, z}, {0.1, 0.1, 3}, {-0.1, 0.1, 3}, {0, -0.1, 3}}, {{0, 1, 2, 3}}),
+              {{0, 1, 2, 3}});
+}
+
+} // namespace
+
+TEST_CASE("boundary: only edges of the surface collapse, and not into a fold", "[build][boundary]") {
+  Moving m(tent(1));
+  for (Vertex v = 0; v < 6; ++v)
+    CHECK(m.surface.contains(v));
+  CHECK(std::count(m.frozen.begin(), m.frozen.end(), 1) == 0);
+  for (Vertex ring = 2; ring < 6; ++ring)
+    CHECK(m.surface.collapse_ok(0, ring));
+  CHECK_FALSE(m.surface.collapse_ok(0, 1)); // runs through the inside
+  CHECK_FALSE(m.surface.collapse_ok(2, 4));
+  m.collapse(0, 2);
+  CHECK_FALSE(m.surface.contains(0));
+  CHECK_FALSE(m.surface.collapse_ok(0, 3));
+
+  // Two tets on the face 1 2 3, which is not on the boundary though its edges are: a waist.
+  Moving waist(Fixture({{1, 1, 1.5}, {0, 0, 0}, {2, 0, 0}, {1, 2, 0}, {1, 1, -1.5}}, {{0, 1, 2, 3}, {4, 1, 2, 3}}));
+  CHECK_FALSE(waist.surface.collapse_ok(1, 2));
+  CHECK_FALSE(waist.surface.collapse_ok(3, 1));
+  CHECK(waist.surface.collapse_ok(0, 1));
+}
+
+TEST_CASE("boundary: inner vertices are not on it", "[build][boundary]") {
+  Moving m(Fixture({{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}, {0, 0, 0}},
+                   {{0, 1, 2, 4}, {0, 1, 3, 4}, {0, 2, 3, 4}, {1, 2, 3, 4}}));
+  CHECK(m.surface.contains(0));
+  CHECK_FALSE(m.surface.contains(4));
+}
+
+TEST_CASE("boundary: domain errors of the tent, by hand", "[build][boundary]") {
+  for (const double tip : {0.75, -0.25}) {
+    Moving m(tent(tip));
+    REQUIRE(m.surface.collapse_ok(0, 2));
+    // The tip is this far from the square; the centroids of its faces are a third of that.
+    CHECK(m.surface.simulate(0, 2) == Approx(std::abs(tip)));
+    CHECK(m.surface.simulate(0, 3) == Approx(std::abs(tip)));
+    CHECK(m.collapse(0, 2) == Approx(std::abs(tip)));
+    // The corner 3 goes to the other end of the side 3 2: what is left of it is the triangle 2 4 1 behind it.
+    CHECK(m.collapse(3, 2) == Approx(std::sqrt(2.0)));
+  }
+}
+
+TEST_CASE("boundary: what was handed on is measured again", "[build][boundary]") {
+  // The tip is 4 above the triangle 2 3 4. The second collapse moves the corner 3 by less than that, and takes the tip,
+  // which then is nearest to the edge 2 4.
+  Fixture f = tent(4);
+  f.points[0] = {-0.5, 0.5, 4};
+  Moving m(std::move(f));
+  CHECK(m.collapse(0, 2) == Approx(4));
+  CHECK(m.collapse(3, 2) == Approx(std::sqrt(16 + 0.5)));
+}
+
+TEST_CASE("boundary: centroids of faces count where no vertex leaves the surface", "[build][boundary]") {
+  // The tip lies in the triangle 2 3 4, so 0 -> 2 loses nothing there. But 5 is 1 lower, and the faces 0 4 5 and 0 5 2
+  // are not in the plane of 2 4 5: their centroids stand 0.1 above or below it, and it is sloped by 1 : sqrt(2).
+  Fixture f = tent(0, -3);
+  f.points[0] = {-0.3, 0.3, 0};
+  f.points[5] = {1, -1, -1};
+  Moving m(std::move(f));
+  CHECK(m.surface.simulate(0, 2) == Approx(0.1 * std::sqrt(2.0 / 3)));
+  // To the other side of that bend: the foot of the tip is on the plane 3 4 5 or 3 5 2.
+  CHECK(m.surface.simulate(0, 3) > 0.3);
+}
+
+TEST_CASE("boundary: distances of rounding only are none", "[build][boundary]") {
+  Moving m(tent(1e-14));
+  CHECK(m.surface.simulate(0, 2) == 0);
+}
+
+TEST_CASE("boundary: a surface that would cross or touch another sheet", "[build][boundary]") {
+  CHECK(Moving(spike_over_a_dent(-0.2)).would_intersect(0, 2));
+  CHECK(Moving(spike_over_a_dent(0)).would_intersect(0, 2)); // the spike's end in the new face
+  CHECK_FALSE(Moving(spike_over_a_dent(0.001)).would_intersect(0, 2));
+}
+
+TEST_CASE("boundary: in its own plane a surface meets nothing new", "[build][boundary]") {
+  CHECK_FALSE(Moving(tent(0)).would_intersect(0, 2));
+}
+
+TEST_CASE("boundary: new faces that fold over one another", "[build][boundary]") {
+  // The ring is seen from the tip, but not from 2: the triangle 2 3 4 would lie on 2 4 5 upside down.
+  Fixture f = tent(1);
+  f.points[2] = {3, 0, 0};
+  f.points[3] = {0.1, 0.5, 0};
+  f.points[4] = {-1, 3, 0};
+  f.points[5] = {-1, -1, 0};
+  Moving m(std::move(f));
+  CHECK(m.would_intersect(0, 2));
+  CHECK_FALSE(m.would_intersect(0, 3));
+}
+
+// A thin slab: the tent's underside is another body's upper face, close below its ring. A tip that goes down to the
+// ring stays above it; one that goes to a ring hanging through it does not.
+TEST_CASE("boundary: thin_slab, through the sheet behind", "[build][boundary]") {
+  // One body of two layers that share nothing near the tip: a dented roof over a floor with a bump.
+  const auto slab = [](double bump) {
+    Fixture roof = tent(0.5, 2); // foot above: the solid is over the tip, its lower side is the sheet that moves
+    Fixture floor = tent(bump, -2);
+    return both(roof, kTent, floor, kTent);
+  };
+  // The roof's lower side goes from the tip at z = 0.5 down to the ring at z = 0.
+  CHECK(Moving(slab(0.3)).would_intersect(0, 2));
+  // Moving the bump out of the way first (the floor's ring touches the roof's, so sink it).
+  Fixture sunk = slab(0.3);
+  for (Vertex v = 8; v < 12; ++v)
+    sunk.points[v][2] = -0.5;
+  Moving m(std::move(sunk));
+  CHECK(m.would_intersect(0, 2));
+  REQUIRE_FALSE(m.would_intersect(6, 8));
+  m.collapse(6, 8);
+  CHECK_FALSE(m.would_intersect(0, 2)); // the bump's old faces are forgotten
+}
+
+// The lower body's collapse makes a ridge from (2, 2, 1) to (-2, -2, 1) where there was a dent; the upper body's
+// collapse would then put the edge (1.5, 0.5, 0.8) (0.5, 1.5, 0.8) under the ridge.
+TEST_CASE("boundary: faces that were moved are met where they are now", "[build][boundary]") {
+  Fixture lower = tent(-1, -5);
+  lower.points[2] = {2, 2, 1};
+  lower.points[3] = {-2, 2, -1};
+  lower.points[4] = {-2, -2, 1};
+  lower.points[5] = {2, -2, -1};
+  Fixture upper = tent(2, 6);
+  upper.points = {{1, 1, 2}, {1, 1, 6}, {1.5, 0.5, 0.8}, {1.5, 1.5, 2}, {0.5, 1.5, 0.8}, {0.5, 0.5, 2}};
+  Moving m(both(lower, kTent, upper, kTent));
+  CHECK_FALSE(m.would_intersect(6, 8));
+  REQUIRE_FALSE(m.would_intersect(0, 2));
+  m.collapse(0, 2);
+  CHECK(m.would_intersect(6, 8));
+  CHECK_FALSE(m.would_intersect(6, 9)); // along the ridge there is room
+}
+
+TEST_CASE("boundary: cut open where it is no manifold, and frozen there", "[build][boundary]") {
+  // Two tets that share the edge 0 1: four faces meet there.
+  Moving edge(
+      Fixture({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, {{0, 1, 2, 3}, {0, 1, 4, 5}}));
+  CHECK(edge.frozen == std::vector<char>{1, 1, 0, 0, 0, 0});
+  // Two tets that share the vertex 0.
+  Moving vertex(Fixture({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
+                        {{0, 1, 2, 3}, {0, 4, 5, 6}}));
+  CHECK(vertex.frozen == std::vector<char>{1, 0, 0, 0, 0, 0, 0});
+  for (Vertex v = 0; v < 6; ++v) {
+    CHECK(edge.surface.contains(v));
+    CHECK(vertex.surface.contains(v));
+  }
+}
+
+TEST_CASE("boundary: a collapse into a frozen place goes to the right one of its fans", "[build][boundary]") {
+  // Two tents that share the ring vertex 2 (the second is the first turned about it).
+  Fixture one = tent(0.5);
+  std::vector<Point> points = one.points;
+  Tets tets = kTent;
+  for (const Vertex v : {0U, 1U, 3U, 4U, 5U})
+    points.push_back({2 - one.points[v][0], 2 - one.points[v][1], -one.points[v][2]});
+  const std::array<Vertex, 6> other = {6, 7, 2, 8, 9, 10};
+  for (const auto& t : kTent)
+    tets.push_back({other[t[0]], other[t[1]], other[t[2]], other[t[3]]});
+  Moving m(Fixture(points, tets));
+  CHECK(m.frozen[2] == 1);
+  CHECK(std::count(m.frozen.begin(), m.frozen.end(), 1) == 1);
+  CHECK(m.collapse(0, 2) == Approx(0.5));
+  CHECK(m.collapse(6, 2) == Approx(0.5));
+  CHECK(m.fixture.complex.validate() == "");
+}

@@ -1,0 +1,150 @@
+// Removed vertices and the field errors at them, by hand.
+#include "build/removed_vertices.hpp"
+#include "build_fixture.hpp"
+#include "support/meshes.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+using build::CollapseCheck;
+using build::Vertex;
+using build::test::Fixture;
+using build::test::Ghosts;
+using build::test::tent;
+
+namespace {
+
+/// Fields over the fixture's points: one row of components for each.
+PreparedMesh with_field(const std::vector<Point>& points, const std::vector<std::vector<double>>& values) {
+  PreparedMesh prepared;
+  prepared.mesh = ptet::test::make_mesh(points, {}, ScalarType::kFloat64);
+  std::size_t row = 0;
+  ptet::test::add_array(prepared.mesh, "f", ScalarType::kFloat64, static_cast<std::uint32_t>(values[0].size()),
+                        [&](const Point&) { return values.at(row++); });
+  prepared.used_vertex_count = static_cast<std::uint32_t>(points.size());
+  for (std::uint32_t v = 0; v < points.size(); ++v)
+    prepared.original_vertex.emplace_back(v);
+  prepared.points = points;
+  return prepared;
+}
+
+std::vector<std::vector<double>> scalars(const std::vector<double>& values) {
+  std::vector<std::vector<double>> rows;
+  for (const double value : values)
+    rows.push_back({value});
+  return rows;
+}
+
+struct Holding {
+  Holding(const std::vector<Point>& points, const std::vector<std::vector<double>>& values)
+      : prepared(with_field(points, values)) {}
+  PreparedMesh prepared;
+  build::NormalizedFields fields{prepared, {}};
+  build::RemovedVertices removed{prepared.points, fields, 4};
+
+  /// Collapses, and returns the error seen as a fraction of the range.
+  double collapse(Fixture& fixture, Vertex vs, Vertex vd) {
+    CollapseCheck check(fixture.complex, fixture.points, 0, 64);
+    REQUIRE(check.examine(vs, vd) == CollapseStatus::kAccepted);
+    removed.simulate(fixture.complex, vs, vd, check.deleted(), check.modified());
+    REQUIRE(removed.errors().size() == 1);
+    const double error = removed.errors()[0];
+    removed.commit(fixture.complex, check.deleted());
+    fixture.complex.collapse(vs, vd, check.deleted(), check.modified());
+    return error;
+  }
+};
+
+/// Six corners and the centre, 6.
+Fixture octahedron() {
+  return {
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, 0, 0}},
+      {{0, 2, 4, 6}, {0, 2, 5, 6}, {0, 3, 4, 6}, {0, 3, 5, 6}, {1, 2, 4, 6}, {1, 2, 5, 6}, {1, 3, 4, 6}, {1, 3, 5, 6}}};
+}
+
+/// The tent with tip 0 at (0, 0, 1), and behind it the points 6 .. 10 of a second body, `cover()`.
+std::vector<Point> tent_and_cover_points() {
+  std::vector<Point> points = tent(1).points;
+  points.insert(points.end(), {{0, 0, 0.6}, {0, 0, 3}, {-1, 0, 0.5}, {1, -1, 0.5}, {1, 1, 0.5}, {0, 0, 3.5}});
+  return points;
+}
+/// 6 goes up to 7, and the tet 6 8 9 10 then covers (0, 0, 1).
+Fixture cover() {
+  return {tent_and_cover_points(), {{6, 8, 9, 10}, {6, 7, 8, 9}}, Ghosts::kNone};
+}
+
+} // namespace
+
+TEST_CASE("removed: a vertex inside is compared with the tet that it lies in", "[build][removed]") {
+  Fixture f = octahedron();
+  // On the axis 0 1, half way: (1 + 3) / 2, but it was 10. Values range over 9.
+  Holding h(f.points, scalars({1, 3, 5, 6, 2, 4, 10}));
+  CHECK(h.fields.fields()[0].range == 9);
+  CHECK(h.collapse(f, 6, 0) == Approx(8.0 / 9));
+  // Now 0 goes to 4: the vertex 6 lies on the edge 4 5, and so does the point nearest to 0, which is left outside:
+  // 3 in both places.
+  CHECK(h.collapse(f, 0, 4) == Approx(7.0 / 9));
+}
+
+TEST_CASE("removed: what lies on the linear field has no error", "[build][removed]") {
+  Fixture f = octahedron();
+  std::vector<double> values;
+  for (const Point& p : f.points)
+    values.push_back(0.1 * p[0] - 7 * p[1] + p[2] / 3);
+  Holding h(f.points, scalars(values));
+  CHECK(h.collapse(f, 6, 0) == 0);
+}
+
+TEST_CASE("removed: vectors are compared by Euclidean distance", "[build][removed]") {
+  Fixture f = octahedron();
+  // Off by (3, 4) at the centre, in a box of values with a diagonal of 5.
+  std::vector<std::vector<double>> values(7, {0, 0});
+  values[6] = {3, 4};
+  Holding h(f.points, values);
+  CHECK(h.fields.fields()[0].range == 5);
+  CHECK(h.collapse(f, 6, 0) == Approx(1));
+}
+
+TEST_CASE("removed: a vertex left outside is compared with the closest point", "[build][removed]") {
+  Fixture f = tent(1);
+  // The tip has 6; below it, on the edge 2 4, there is (1 + 3) / 2. The foot's 100 would blow up a linear extension.
+  Holding h(f.points, scalars({6, 100, 1, 0, 3, 0}));
+  CHECK(h.collapse(f, 0, 2) == Approx(0.04));
+}
+
+TEST_CASE("removed: a simulation alone changes nothing", "[build][removed]") {
+  Fixture f = octahedron();
+  Holding h(f.points, scalars({1, 3, 5, 6, 2, 4, 10}));
+  CollapseCheck check(f.complex, f.points, 0, 64);
+  for (const Vertex vd : {0U, 2U, 4U, 0U}) {
+    REQUIRE(check.examine(6, vd) == CollapseStatus::kAccepted);
+    h.removed.simulate(f.complex, 6, vd, check.deleted(), check.modified());
+    const double middle = vd == 0 ? 2 : vd == 2 ? 5.5 : 3;
+    CHECK(h.removed.errors()[0] == Approx((10 - middle) / 9));
+  }
+  CHECK(f.complex.validate() == "");
+  for (build::SlotId s = 0; s < f.complex.slot_count(); ++s)
+    CHECK(f.complex.slot(s).first_point == build::kNone);
+}
+
+TEST_CASE("removed: a point outside counts for a tet that comes to cover it later", "[build][removed]") {
+  //                               0  1    2  3  4  5  6     7  8  9  10 11
+  Holding h(tent_and_cover_points(), scalars({6, 100, 1, 0, 3, 0, 0.32, 8, 0, 0, 0, 0}));
+  Fixture f = {tent_and_cover_points(), {{0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 4, 5}, {0, 1, 5, 2}}};
+  REQUIRE(h.collapse(f, 0, 2) == Approx(0.04));
+  // In the tet 7 8 9 10 the vertex 6 has 0.04 * 8, as it had, and the tip 0.2 * 8, but it was 6.
+  Fixture g = cover();
+  CHECK(h.collapse(g, 6, 7) == Approx(0.044));
+}
+
+TEST_CASE("removed: a point outside counts for the tets that replace one that covers it", "[build][removed]") {
+  //                               0  1    2  3  4  5  6     7  8  9  10 11
+  Holding h(tent_and_cover_points(), scalars({6, 100, 1, 0, 3, 0, 0.32, 8, 0, 0, 0, 10}));
+  Fixture f = {tent_and_cover_points(), {{0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 4, 5}, {0, 1, 5, 2}}};
+  REQUIRE(h.collapse(f, 0, 2) == Approx(0.04));
+  Fixture g = {tent_and_cover_points(), {{6, 8, 9, 10}, {6, 7, 8, 9}, {7, 11, 8, 9}}, Ghosts::kNone};
+  REQUIRE(h.collapse(g, 6, 7) == Approx(0.044));
+  // The boundary stays as it is now (to this class: 7 is an inner vertex of something larger), but the tet 7 8 9 10
+  // that covers the tip becomes 11 8 9 10, where the tip has 10 / 6, but it was 6; 7 has 10 * 2.5 / 3, but it was 8.
+  CHECK(h.collapse(g, 7, 11) == Approx((6 - 10.0 / 6) / 100));
+}

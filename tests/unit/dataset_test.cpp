@@ -1,0 +1,146 @@
+#include "formats/ptet/writer.hpp"
+#include "lod/request.hpp"
+#include "ptet/dataset.hpp"
+#include "support/mesh_checks.hpp"
+#include "support/meshes.hpp"
+#include "support/naive_simplifier.hpp"
+
+#include <limits>
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+using namespace ptet;
+
+namespace {
+
+const TetMesh& mesh() {
+  static const TetMesh made = test::grid({{4, 4, 3}, {}, 2, 2});
+  return made;
+}
+
+std::shared_ptr<const Dataset> dataset() {
+  static const auto opened = Dataset::open_memory(file::encode(
+      mesh(), test::simplify_naively(mesh()), {"1.2.3", "in.vtu", "xxh64:0", {{"a", "b"}}, {"note \xFF"}}));
+  return opened;
+}
+
+std::string refusal(const std::function<void(Request&)>& spoil) {
+  Request request;
+  spoil(request);
+  try {
+    (void)dataset()->extract(request);
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kBadArgument);
+    return error.what();
+  }
+  return "";
+}
+
+} // namespace
+
+TEST_CASE("dataset: what it says of itself") {
+  const DatasetInfo& info = dataset()->info();
+  CHECK(info.vertices == mesh().vertex_count());
+  CHECK(info.tets == mesh().tets.size());
+  CHECK(info.base_vertices + info.records == info.vertices);
+  CHECK(info.position_type == ScalarType::kFloat32);
+  REQUIRE(info.fields.size() == 3);
+  CHECK(info.fields[0].name == "pressure");
+  CHECK(info.fields[0].governing);
+  CHECK(info.fields[1].components == 3);
+  CHECK(info.fields[1].type == ScalarType::kFloat64);
+  CHECK_FALSE(info.fields[2].governing);
+  REQUIRE(info.max_field_error.size() == 2);
+  CHECK(info.max_field_error[0] > 0);
+  CHECK(info.max_domain_error > 0);
+  const auto json = nlohmann::json::parse(info.provenance_json);
+  CHECK(json["tool_version"] == "1.2.3");
+  CHECK(json["source_name"] == "in.vtu");
+  CHECK(json["options"]["a"] == "b");
+  CHECK(json["notes"].size() == 1); // whose text is not UTF-8
+}
+
+TEST_CASE("dataset: requests that make no sense are refused, by name") {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  CHECK(refusal([](Request& r) { r.field_error = {{"density", {}}}; }) == "there is no field 'density' in this file");
+  CHECK(refusal([](Request& r) { r.field_error = {{"marker", {}}}; }).find("did not govern") != std::string::npos);
+  CHECK(refusal([](Request& r) {
+          r.field_error = {{"pressure", {-1, false}}};
+        }).find("'pressure'") != std::string::npos);
+  CHECK(refusal([&](Request& r) { r.field_error = {{"", {nan, true}}}; }) != "");
+  CHECK(refusal([&](Request& r) { r.domain_error = Bound{inf, false}; }) != "");
+  CHECK(refusal([](Request& r) { r.focus = {Box{{0, 0, 1}, {1, 1, 0}}}; }).find("its least z") != std::string::npos);
+  CHECK(refusal([&](Request& r) { r.focus = {Box{{0, nan, 0}, {1, 1, 1}}}; }) != "");
+  CHECK(refusal([](Request& r) { r.focus = {Sphere{{0, 0, 0}, -1}}; }).find("radius") != std::string::npos);
+  CHECK(refusal([&](Request& r) { r.focus = {Sphere{{inf, 0, 0}, 1}}; }) != "");
+  CHECK(refusal([](Request& r) { r.focus_error = {-0.1, true}; }) != "");
+  CHECK(refusal([](Request&) {}) == "");
+}
+
+TEST_CASE("dataset: what limits an answer") {
+  const auto answer = [](const Request& request) { return dataset()->extract(request).limited_by; };
+  Request request;
+  CHECK(answer(request) == LimitedBy::kNothing);
+  request.field_error = {{"", {0.2, true}}};
+  CHECK(answer(request) == LimitedBy::kError);
+  request.max_tets = 10;
+  CHECK(answer(request) == LimitedBy::kBudget);
+  request.max_tets = 1000000;
+  CHECK(answer(request) == LimitedBy::kError);
+  request.field_error.clear();
+  CHECK(answer(request) == LimitedBy::kNothing);
+  request = {};
+  request.focus = {Box{{0, 0, 0}, {1, 1, 1}}};
+  CHECK(answer(request) == LimitedBy::kFocus);
+  request.focus = {Box{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}};
+  CHECK(answer(request) == LimitedBy::kNothing);
+  CHECK(std::string(name_of(LimitedBy::kBudget)) == "budget");
+}
+
+TEST_CASE("dataset: a focus away from the mesh, and budgets below the base, give the base mesh") {
+  Request away;
+  away.focus = {Sphere{{1e6, 0, 0}, 1}};
+  const Extraction base = dataset()->extract(away);
+  CHECK(base.mesh.tets.size() == dataset()->info().base_tets);
+  CHECK(base.field_error == dataset()->info().max_field_error);
+  Request nothing;
+  nothing.max_tets = 0;
+  CHECK(dataset()->extract(nothing).mesh.tets == base.mesh.tets);
+  CHECK(dataset()->extract(nothing).limited_by == LimitedBy::kBudget);
+}
+
+TEST_CASE("dataset: a single tet, and a vertex that no tet uses") {
+  TetMesh one = test::single_tet();
+  const auto opened = Dataset::open_memory(file::encode(one, test::simplify_naively(one), {}));
+  const Extraction full = opened->extract({});
+  CHECK(full.mesh.tets.size() == 1);
+  CHECK(full.limited_by == LimitedBy::kNothing);
+  CHECK(full.boundary_faces.size() == 4);
+
+  TetMesh with_unused = mesh();
+  const std::size_t count = with_unused.vertex_count() + 1;
+  with_unused.positions.resize(count);
+  for (PointArray& array : with_unused.point_arrays)
+    array.resize(count);
+  const auto larger = Dataset::open_memory(file::encode(with_unused, test::simplify_naively(with_unused), {}));
+  CHECK(larger->extract({}).mesh.vertex_count() == count);
+  Request coarse;
+  coarse.max_vertices = count - 1;
+  const Extraction cut = larger->extract(coarse);
+  CHECK(cut.mesh.vertex_count() == count - 2); // all but the last split, and not the unused one
+  coarse.max_vertices = count;
+  CHECK(larger->extract(coarse).mesh.vertex_count() == count);
+}
+
+TEST_CASE("request: the limit is the largest code within the bound") {
+  for (const double scale : {1.0, 0.3, 1e7})
+    for (double bound = scale * 1e-6; bound < scale * 10; bound *= 1.013) {
+      const ErrorCode16 code = limit_of(bound, scale);
+      CHECK(decode_error(code, scale) <= bound);
+      CHECK(decode_error(static_cast<ErrorCode16>(code + 1), scale) > bound);
+    }
+  CHECK(limit_of(0, 1) == 0);
+  CHECK(limit_of(decode_error(700, 0.3), 0.3) == 700);
+  CHECK(limit_of(1, 0) == kMaxErrorCode);
+}

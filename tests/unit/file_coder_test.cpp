@@ -1,0 +1,138 @@
+// The pieces of the codec: range coder, ranks of numbers, decimals, archive.
+#include "formats/ptet/archive.hpp"
+#include "formats/ptet/manifest.hpp"
+#include "formats/ptet/numbers.hpp"
+#include "formats/ptet/range_coder.hpp"
+#include "ptet/error.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+using namespace ptet::file;
+
+namespace {
+
+std::uint64_t rank_of_float(float value) {
+  std::array<std::byte, 4> bytes;
+  std::memcpy(bytes.data(), &value, 4);
+  return load_rank(ScalarType::kFloat32, bytes.data());
+}
+
+} // namespace
+
+TEST_CASE("what the range coder writes, it reads") {
+  std::mt19937_64 random(1);
+  for (int round = 0; round < 200; ++round) {
+    const InitialProbabilities initial = {0, 1, 128, 255};
+    struct Event {
+      std::uint32_t context;
+      bool bit;
+      unsigned count;
+      std::uint64_t value;
+    };
+    std::vector<Event> events(random() % 500);
+    RangeEncoder encoder(initial);
+    for (Event& event : events) {
+      const auto count = static_cast<unsigned>(random() % 65);
+      const std::uint64_t value = count == 0 ? 0 : random() >> (64 - count);
+      // Long runs of one bit drive the probabilities and the carry to their ends.
+      event = {static_cast<std::uint32_t>(random() % 4), random() % 64 < (round % 3 == 0 ? 1U : 32U), count, value};
+      encoder.bit(event.context, event.bit);
+      if (round % 2 == 0) encoder.raw(event.count, event.value);
+    }
+    RangeDecoder decoder(initial, encoder.finish(), 0);
+    bool same = true;
+    for (const Event& event : events) {
+      same = same && decoder.bit(event.context) == event.bit;
+      if (round % 2 == 0) same = same && decoder.raw(event.count) == event.value;
+    }
+    CHECK(same);
+  }
+}
+
+TEST_CASE("ranks sort like the numbers and keep every bit") {
+  const float inf = std::numeric_limits<float>::infinity();
+  const std::vector<float> ascending = {-inf, -3.5F, -1e-40F, -0.0F, 0.0F, 1e-40F, 2, 3.5F, inf};
+  for (std::size_t i = 1; i < ascending.size(); ++i)
+    CHECK(rank_of_float(ascending[i - 1]) < rank_of_float(ascending[i]));
+  CHECK(rank_of_float(0.0F) == rank_of_float(-0.0F) + 1);
+  std::mt19937_64 random(2);
+  for (int type = 0; type <= 9; ++type) {
+    const auto scalar_type = static_cast<ScalarType>(type);
+    for (int i = 0; i < 1000; ++i) {
+      std::array<std::byte, 8> bytes{}, back{};
+      for (std::size_t b = 0; b < size_of(scalar_type); ++b)
+        bytes[b] = static_cast<std::byte>(random());
+      store_rank(scalar_type, load_rank(scalar_type, bytes.data()), back.data());
+      CHECK(bytes == back);
+    }
+  }
+}
+
+TEST_CASE("the nearest rank to a prediction never leaves the type") {
+  const double inf = std::numeric_limits<double>::infinity();
+  CHECK(rank_of(ScalarType::kUInt8, 300) == 255);
+  CHECK(rank_of(ScalarType::kUInt8, -1) == 0);
+  CHECK(rank_of(ScalarType::kInt8, -inf) == 0);
+  CHECK(rank_of(ScalarType::kInt8, 2.5) == 128 + 3);
+  CHECK(rank_of(ScalarType::kInt64, inf) == ~std::uint64_t{0});
+  CHECK(rank_of(ScalarType::kUInt64, 1e300) == ~std::uint64_t{0});
+  CHECK(rank_of(ScalarType::kFloat32, 1e300) == rank_of_float(std::numeric_limits<float>::max()));
+  CHECK(rank_of(ScalarType::kFloat32, std::nan("")) == rank_of_float(0));
+}
+
+TEST_CASE("decimal ranks are dense, ordered, and exact about what they hold") {
+  const DecimalRanking ranking(ScalarType::kFloat32, 3);
+  CHECK(ranking.exact(rank_of_float(1.23F)).has_value());
+  CHECK(ranking.exact(rank_of_float(-45600.0F)).has_value());
+  CHECK(ranking.exact(rank_of_float(0.0F)) == 0);
+  CHECK(!ranking.exact(rank_of_float(-0.0F)).has_value());
+  CHECK(!ranking.exact(rank_of_float(1.234F)).has_value());
+  CHECK(!ranking.exact(rank_of_float(std::numeric_limits<float>::infinity())).has_value());
+  CHECK(*ranking.exact(rank_of_float(1.24F)) == *ranking.exact(rank_of_float(1.23F)) + 1);
+  CHECK(*ranking.exact(rank_of_float(10.0F)) == *ranking.exact(rank_of_float(9.99F)) + 1);
+  CHECK(ranking.nearest(9.999) == ranking.nearest(10));
+  CHECK(ranking.nearest(std::nan("")) == 0);
+  CHECK(!ranking.value_rank(std::numeric_limits<std::int64_t>::max()).has_value());
+  for (std::int64_t rank = -2000; rank < 2000; ++rank) {
+    const auto value = ranking.value_rank(rank);
+    REQUIRE(value.has_value());
+  }
+}
+
+TEST_CASE("decimal arrays are recognised, others are not") {
+  PointArray array{"a", ScalarType::kFloat32, 1, {}};
+  array.resize(1000);
+  const auto fill = [&](double scale) {
+    for (int i = 0; i < 1000; ++i) {
+      const auto value = static_cast<float>((i * 7919 % 99991) / scale);
+      std::memcpy(array.bytes.data() + 4 * i, &value, 4);
+    }
+  };
+  fill(1000);
+  CHECK(find_decimal_digits(array, 0) == 5);
+  fill(1024.7);
+  CHECK(find_decimal_digits(array, 0) == 0);
+}
+
+TEST_CASE("an archive asks for no more memory than its bytes can fill") {
+  ByteWriter out;
+  out.put_varint(1);
+  out.put_text("x");
+  out.put_varint(std::uint64_t{1} << 40);
+  ByteReader in(out.bytes(), "test", 0);
+  InputArchive archive(in);
+  Manifest manifest;
+  CHECK_THROWS_AS(archive & manifest, Error);
+}
+
+TEST_CASE("a varint has an end") {
+  const std::vector<std::byte> bytes(20, std::byte{0xFF});
+  ByteReader in(bytes, "test", 0);
+  CHECK_THROWS_AS(in.get_varint("number"), Error);
+}

@@ -1,0 +1,116 @@
+// Files are written whole or not at all, and what the system refuses is said.
+#include "formats/ptet/reader.hpp"
+#include "formats/ptet/writer.hpp"
+#include "ptet/error.hpp"
+#include "support/meshes.hpp"
+#include "support/naive_simplifier.hpp"
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <catch2/catch.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
+
+using namespace ptet;
+using namespace ptet::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of its own, gone afterwards.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("ptet-write-test-" + std::to_string(::getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+  [[nodiscard]] std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
+  }
+};
+
+ErrorCode code_of(const std::function<void()>& call, std::string& message) {
+  try {
+    call();
+  } catch (const Error& error) {
+    message = error.what();
+    return error.code();
+  }
+  FAIL("nothing was thrown");
+  return ErrorCode::kIo;
+}
+
+} // namespace
+
+TEST_CASE("a file is written under its name and nothing is left beside it") {
+  const Folder folder;
+  const TetMesh mesh = grid({});
+  const auto records = simplify_naively(mesh);
+  const std::string path = folder.path / "mesh.ptet";
+  std::ofstream(path) << "what was there before";
+  const std::uint64_t bytes = file::write(path, mesh, records, {});
+  CHECK(folder.files() == 1);
+  CHECK(fs::file_size(path) == bytes);
+  file::Reader reader(file::open_file(path));
+  CHECK(reader.file_bytes() == bytes);
+  CHECK(reader.bytes_read() < bytes);
+}
+
+TEST_CASE("cancelling at any time leaves the old file and nothing else") {
+  const Folder folder;
+  const TetMesh mesh = grid({});
+  const auto records = simplify_naively(mesh);
+  const std::string path = folder.path / "mesh.ptet";
+  std::ofstream(path) << "old";
+  int calls = 0;
+  file::write(folder.path / "count.ptet", mesh, records, {}, [&](const Progress&) { return ++calls > 0; });
+  fs::remove(folder.path / "count.ptet");
+  REQUIRE(calls >= 3);
+  for (int stop = 1; stop <= calls; ++stop) {
+    int left = stop;
+    std::string message;
+    CHECK(code_of([&] { file::write(path, mesh, records, {}, [&](const Progress&) { return --left > 0; }); },
+                  message) == ErrorCode::kCancelled);
+    CHECK(folder.files() == 1);
+    CHECK(fs::file_size(path) == 3);
+  }
+}
+
+TEST_CASE("what the system refuses to take is said, and nothing is left") {
+  const Folder folder;
+  const TetMesh mesh = grid({});
+  const auto records = simplify_naively(mesh);
+  const std::string path = folder.path / "mesh.ptet";
+  // Stands for a full disk: no file of this process may grow beyond a few bytes.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit tight{100, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &tight);
+  std::string message;
+  const ErrorCode code = code_of([&] { file::write(path, mesh, records, {}); }, message);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  CHECK(code == ErrorCode::kIo);
+  CHECK(message == "cannot write " + path + ": File too large");
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("a folder that is not there is named") {
+  const TetMesh mesh = single_tet();
+  const auto records = simplify_naively(mesh);
+  std::string message;
+  CHECK(code_of([&] { file::write("/nowhere/at/all.ptet", mesh, records, {}); }, message) == ErrorCode::kIo);
+  CHECK(message == "cannot write /nowhere/at/all.ptet: No such file or directory");
+  CHECK(code_of([&] { static_cast<void>(file::open_file("/nowhere/at/all.ptet")); }, message) == ErrorCode::kIo);
+  CHECK(message == "cannot open /nowhere/at/all.ptet: No such file or directory");
+  CHECK(code_of([&] { static_cast<void>(file::open_file("/")); }, message) == ErrorCode::kIo);
+}
+
+TEST_CASE("a file of another kind is not called damaged but named as what it is not") {
+  std::vector<std::byte> bytes(500, std::byte{'x'});
+  std::string message;
+  CHECK(code_of([&] { file::Reader reader(file::over_memory(bytes)); }, message) == ErrorCode::kCorruptFile);
+  CHECK(message.find("not a .ptet file") != std::string::npos);
+}

@@ -1,0 +1,255 @@
+// What validate() says of each kind of defect, and of sound meshes; and that it says it of anything.
+#include "ptet/error.hpp"
+#include "ptet/validate.hpp"
+#include "support/meshes.hpp"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <catch2/catch.hpp>
+
+namespace {
+
+using namespace ptet;
+using test::make_mesh;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Expected {
+  std::string code;
+  Severity severity;
+  std::uint64_t count;
+  std::vector<std::uint64_t> first_ids;
+};
+
+void check_findings(const TetMesh& mesh, const std::vector<Expected>& expected) {
+  const MeshReport report = validate(mesh);
+  std::string all;
+  for (const Finding& finding : report.findings)
+    all += finding.code + ": " + finding.message + "\n";
+  INFO(all);
+  REQUIRE(report.findings.size() == expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const Finding& finding = report.findings[i];
+    CHECK(finding.code == expected[i].code);
+    CHECK(finding.severity == expected[i].severity);
+    CHECK(finding.count == expected[i].count);
+    CHECK(finding.first_ids == expected[i].first_ids);
+    CHECK_FALSE(finding.message.empty());
+  }
+}
+
+const std::vector<Point> kFivePoints = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
+
+} // namespace
+
+TEST_CASE("the report of a sound mesh", "[validate]") {
+  TetMesh mesh = test::two_tets_sharing_a_face();
+  test::add_array(mesh, "p", ScalarType::kFloat32, 1, [](const Point& p) { return std::vector<double>{p[0] - p[1]}; });
+  test::add_array(mesh, "u", ScalarType::kFloat64, 2, [](const Point& p) {
+    return std::vector<double>{3 * p[0], -4 * p[0]};
+  });
+  test::add_array(mesh, "n", ScalarType::kUInt8, 1, [](const Point& p) { return std::vector<double>{p[2] + 7}; });
+  const MeshReport report = validate(mesh);
+  CHECK(report.findings.empty());
+  CHECK(report.first_error() == nullptr);
+  CHECK(report.vertices == 5);
+  CHECK(report.tets == 2);
+  CHECK(report.boundary_faces == 6);
+  CHECK(report.boundary_vertices == 5);
+  CHECK(report.components == 1);
+  CHECK(report.boundary_components == 1);
+  CHECK(report.euler_characteristic == 1);
+  CHECK(report.boundary_euler_characteristic == 2);
+  CHECK(report.volume == Approx(1.0 / 6 + 1.0 / 3));
+  CHECK(report.boundary_area == Approx(3 * 0.5 + 3 * std::sqrt(3.0) / 2));
+  CHECK(report.box_min == Point{0, 0, 0});
+  CHECK(report.box_max == Point{1, 1, 1});
+  CHECK(report.diagonal() == Approx(std::sqrt(3.0)));
+  REQUIRE(report.fields.size() == 3);
+  CHECK(report.fields[0].min == -1);
+  CHECK(report.fields[0].max == 1);
+  CHECK(report.fields[1].min == 0);
+  CHECK(report.fields[1].max == 5);
+  CHECK(report.fields[2].min == 7);
+  CHECK(report.fields[2].max == 8);
+  CHECK(report.fields[2].name == "n");
+}
+
+TEST_CASE("a mesh without tets", "[validate]") {
+  check_findings(TetMesh{}, {{"no-tets", Severity::kError, 1, {}}});
+  check_findings(make_mesh({{0, 0, 0}}, {}),
+                 {{"no-tets", Severity::kError, 1, {}}, {"unused-points", Severity::kNote, 1, {0}}});
+  CHECK(validate(TetMesh{}).diagonal() == 0);
+}
+
+TEST_CASE("ids out of range are reported, the other tets are examined", "[validate]") {
+  const TetMesh mesh = make_mesh(kFivePoints, {{0, 1, 2, 5}, {0, 1, 2, 3}, {4, 4294967295, 1, 3}});
+  check_findings(mesh, {{"ids-out-of-range", Severity::kError, 2, {0, 2}}});
+  CHECK(validate(mesh).boundary_faces == 4);
+  CHECK(validate(mesh).first_error()->message ==
+        "2 tets with vertex ids that name no vertex (0, 2): the mesh has 5 vertices, ptet cannot build from it");
+}
+
+TEST_CASE("repeated vertices in a tet", "[validate]") {
+  check_findings(make_mesh(kFivePoints, {{0, 1, 2, 3}, {4, 2, 4, 3}}),
+                 {{"repeated-vertices", Severity::kError, 1, {1}}});
+}
+
+TEST_CASE("duplicate tets are one finding and no crowded faces", "[validate]") {
+  check_findings(make_mesh(kFivePoints, {{0, 1, 2, 3}, {4, 2, 1, 3}, {1, 2, 0, 3}}),
+                 {{"duplicate-tets", Severity::kError, 1, {2}}});
+}
+
+TEST_CASE("a face of three tets is an error", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points.push_back({2, 2, 2});
+  const TetMesh mesh = make_mesh(points, {{0, 1, 2, 3}, {4, 2, 1, 3}, {5, 2, 1, 3}});
+  check_findings(mesh, {{"faces-of-many-tets", Severity::kError, 1, {1, 2, 3}},
+                        {"non-manifold-edges", Severity::kWarning, 3, {1, 2, 1, 3, 2, 3}},
+                        {"non-manifold-vertices", Severity::kWarning, 3, {1, 2, 3}}});
+}
+
+TEST_CASE("both tets of a face on the same side", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points[4] = {-1, -1, -1};
+  check_findings(make_mesh(points, {{0, 1, 2, 3}, {4, 1, 2, 3}}), {{"folded-faces", Severity::kWarning, 1, {1, 2, 3}}});
+}
+
+TEST_CASE("one inverted tet, and all of them", "[validate]") {
+  check_findings(make_mesh(kFivePoints, {{0, 1, 2, 3}, {4, 1, 2, 3}}), {{"inverted-tets", Severity::kWarning, 1, {1}}});
+  check_findings(make_mesh(kFivePoints, {{0, 2, 1, 3}, {4, 1, 2, 3}}), {{"inverted-tets", Severity::kNote, 2, {0, 1}}});
+}
+
+TEST_CASE("flat and nearly flat tets", "[validate]") {
+  check_findings(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2, 3}}),
+                 {{"flat-tets", Severity::kWarning, 1, {0}}});
+  check_findings(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1e-9}}, {{0, 1, 2, 3}}),
+                 {{"near-flat-tets", Severity::kNote, 1, {0}}});
+}
+
+TEST_CASE("a flat tet against the order of its neighbour is no folded face", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points[4] = {1, 1, -1}; // in the plane of 1, 2, 3
+  for (const auto& flat : {std::array<std::uint32_t, 4>{4, 1, 2, 3}, std::array<std::uint32_t, 4>{4, 2, 1, 3}})
+    check_findings(make_mesh(points, {{0, 1, 2, 3}, flat}), {{"flat-tets", Severity::kWarning, 1, {1}}});
+}
+
+TEST_CASE("non-manifold places", "[validate]") {
+  check_findings(test::pinched_edge(), {{"non-manifold-edges", Severity::kWarning, 1, {0, 1}},
+                                        {"non-manifold-vertices", Severity::kWarning, 2, {0, 1}}});
+  check_findings(test::pinched_vertex(), {{"non-manifold-vertices", Severity::kWarning, 1, {0}}});
+}
+
+TEST_CASE("unused and coincident points", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points.push_back(points[0]);
+  check_findings(make_mesh(points, {{0, 1, 2, 3}}), {{"unused-points", Severity::kNote, 2, {4, 5}}});
+  points.insert(points.end(), {{-1, 0, 0}, {0, -1, 0}, {-0.0, 0, -1}});
+  check_findings(make_mesh(points, {{0, 1, 2, 3}, {4, 2, 1, 3}, {5, 7, 6, 8}}),
+                 {{"coincident-points", Severity::kWarning, 1, {5}}});
+}
+
+TEST_CASE("positions that are not finite, or too large to compute with", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points[4] = {1, kNaN, 1};
+  const TetMesh mesh = make_mesh(points, {{0, 1, 2, 3}, {4, 2, 1, 3}});
+  check_findings(mesh, {{"non-finite-positions", Severity::kError, 1, {4}}});
+  CHECK(validate(mesh).box_max == Point{1, 1, 1});
+  points[4] = {1, -kInfinity, 1};
+  check_findings(make_mesh(points, {{0, 1, 2, 3}, {4, 2, 1, 3}}), {{"non-finite-positions", Severity::kError, 1, {4}}});
+  points[4] = {1, -1e51, 1};
+  check_findings(make_mesh(points, {{0, 1, 2, 3}, {4, 2, 1, 3}}, ScalarType::kFloat64),
+                 {{"huge-positions", Severity::kError, 1, {4}}});
+}
+
+TEST_CASE("values that are not finite, at vertices of tets", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points.push_back({-2, -2, -2});
+  TetMesh mesh = make_mesh(points, {{0, 1, 2, 3}, {4, 2, 1, 3}});
+  test::add_array(mesh, "p", ScalarType::kFloat32, 1, [](const Point& p) {
+    return std::vector<double>{p[0] == 1 ? kNaN : p[0] < 0 ? kInfinity : p[1]};
+  });
+  test::add_array(mesh, "u", ScalarType::kFloat64, 3, [](const Point& p) {
+    return std::vector<double>{0, 0, p[2] == 1 ? -kInfinity : 1};
+  });
+  test::add_array(mesh, "sound", ScalarType::kInt16, 1, [](const Point&) { return std::vector<double>{1}; });
+  check_findings(mesh, {{"unused-points", Severity::kNote, 1, {5}},
+                        {"non-finite-values", Severity::kWarning, 2, {1, 4}},
+                        {"non-finite-values", Severity::kWarning, 2, {3, 4}}});
+  const MeshReport report = validate(mesh);
+  CHECK(report.findings[1].message.find("'p'") != std::string::npos);
+  CHECK(report.findings[2].message.find("'u'") != std::string::npos);
+  CHECK(report.fields[0].min == 0);
+  CHECK(report.fields[0].max == 1);
+}
+
+TEST_CASE("arrays of the wrong size", "[validate]") {
+  TetMesh mesh = test::single_tet();
+  mesh.point_arrays.push_back({"short", ScalarType::kFloat32, 1, std::vector<std::byte>(15)});
+  mesh.point_arrays.push_back({"empty rows", ScalarType::kFloat32, 0, {}});
+  check_findings(mesh, {{"bad-array", Severity::kError, 1, {}}, {"bad-array", Severity::kError, 1, {}}});
+  mesh = test::single_tet();
+  mesh.positions.components = 2;
+  check_findings(mesh, {{"bad-positions", Severity::kError, 1, {}}});
+  mesh = test::single_tet();
+  mesh.positions.bytes.pop_back();
+  check_findings(mesh, {{"bad-positions", Severity::kError, 1, {}}});
+}
+
+TEST_CASE("at most eight ids are listed", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points.resize(20);
+  const MeshReport report = validate(make_mesh(points, {{0, 1, 2, 3}}));
+  REQUIRE(report.findings.size() == 1);
+  CHECK(report.findings[0].count == 16);
+  CHECK(report.findings[0].first_ids == std::vector<std::uint64_t>{4, 5, 6, 7, 8, 9, 10, 11});
+  CHECK(report.findings[0].message ==
+        "16 vertices in no tet (4, 5, 6, 7, 8, 9, 10, 11, ...): kept with the original mesh");
+}
+
+TEST_CASE("every defect of a mesh is reported at once", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points.insert(points.end(), {{kNaN, 0, 0}, {5, 5, 5}, {0, 0, 0}});
+  const TetMesh mesh =
+      make_mesh(points, {{0, 2, 1, 3}, {4, 2, 1, 3}, {4, 1, 2, 3}, {0, 0, 1, 2}, {0, 1, 5, 2}, {9, 0, 1, 2}});
+  check_findings(mesh, {{"non-finite-positions", Severity::kError, 1, {5}},
+                        {"ids-out-of-range", Severity::kError, 1, {5}},
+                        {"repeated-vertices", Severity::kError, 1, {3}},
+                        {"inverted-tets", Severity::kWarning, 2, {0, 2}},
+                        {"duplicate-tets", Severity::kError, 1, {2}},
+                        {"unused-points", Severity::kNote, 2, {6, 7}}});
+}
+
+TEST_CASE("validate survives any tets over few vertices", "[validate]") {
+  std::mt19937 random(7);
+  for (int i = 0; i < 500; ++i) {
+    const unsigned vertex_count = 4 + random() % 6, tet_count = random() % 20;
+    std::vector<Point> points(vertex_count);
+    for (Point& p : points)
+      for (double& x : p)
+        x = random() % 40 == 0 ? kNaN : static_cast<double>(random() % 3);
+    std::vector<std::array<std::uint32_t, 4>> tets(tet_count);
+    for (auto& tet : tets)
+      for (std::uint32_t& v : tet)
+        v = random() % 60 == 0 ? static_cast<std::uint32_t>(random()) : random() % vertex_count;
+    const MeshReport report = validate(make_mesh(points, tets));
+    CHECK(report.tets == tet_count);
+    CHECK(std::isfinite(report.volume));
+  }
+}
+
+TEST_CASE("validate can be cancelled at each stage", "[validate]") {
+  for (int stop = 0; stop < 5; ++stop) {
+    int calls = 0;
+    try {
+      (void)validate(test::single_tet(), [&](const Progress&) { return calls++ != stop; });
+      FAIL("not cancelled");
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCancelled);
+      CHECK(calls == stop + 1);
+    }
+  }
+}

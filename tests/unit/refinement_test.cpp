@@ -1,0 +1,204 @@
+#include "record/refinement.hpp"
+#include "support/mesh_checks.hpp"
+#include "support/meshes.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+
+namespace {
+
+Tet tet(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  return {VertexId{a}, VertexId{b}, VertexId{c}, VertexId{d}};
+}
+const std::uint32_t kW = kDummyVertex.index();
+
+ErrorCode code_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.code();
+  }
+  FAIL("nothing was thrown");
+  return ErrorCode::kBadArgument;
+}
+
+std::set<Tet> present_tets(const Refinement& r) {
+  std::set<Tet> tets;
+  for (std::uint32_t t = 0; t < r.version_count(); ++t)
+    if (r.creator(VersionId{t}).is_none()) tets.insert(test::sorted_keeping_orientation(r.vertices(VersionId{t})));
+  return tets;
+}
+
+VersionId find(const Refinement& r, const Tet& wanted) {
+  for (std::uint32_t t = 0; t < r.version_count(); ++t)
+    if (r.creator(VersionId{t}).is_none() &&
+        test::sorted_keeping_orientation(r.vertices(VersionId{t})) == test::sorted_keeping_orientation(wanted))
+      return VersionId{t};
+  return {};
+}
+
+// The tet (0, 1, 2, 3) gains vertex 4, which takes over from vertex 0 the tet and its ghost at the face (0, 2, 1):
+//
+//   C = (0 1 2 3), (0 2 1 w)   ->   F = (4 1 2 3), (4 2 1 w), and around the edge (0, 4): (0 4 2 3), (0 1 4 3),
+//                                       (0 2 4 w), (0 4 1 w)
+void split_single_tet(Refinement& r, std::vector<GrowthFace>& asked) {
+  const VersionId seed{0};
+  r.split(RecordId{0}, VertexId{0}, std::span(&seed, 1), [&](const GrowthFace& face) {
+    asked.push_back(face);
+    return r.is_ghost(face.behind) && face.c == VertexId{3};
+  });
+}
+
+} // namespace
+
+TEST_CASE("refinement: the boundary of a single tet is closed by four ghosts, oriented like the tet") {
+  const Refinement r({tet(0, 1, 2, 3)}, 4, 0);
+  CHECK(r.base_version_count() == 5);
+  CHECK(r.base_tet_count() == 1);
+  CHECK(present_tets(r) == std::set<Tet>{tet(0, 1, 2, 3), test::sorted_keeping_orientation(tet(0, 2, 1, kW)),
+                                         test::sorted_keeping_orientation(tet(1, 2, 3, kW)),
+                                         test::sorted_keeping_orientation(tet(0, 3, 2, kW)),
+                                         test::sorted_keeping_orientation(tet(0, 1, 3, kW))});
+  CHECK(r.validate().empty());
+}
+
+TEST_CASE("refinement: a split of the single tet") {
+  Refinement r({tet(0, 1, 2, 3)}, 4, 1);
+  std::vector<GrowthFace> asked;
+  split_single_tet(r, asked);
+  CHECK(r.validate().empty());
+  std::set<Tet> expected;
+  for (const Tet& t : {tet(4, 1, 2, 3), tet(4, 2, 1, kW), tet(0, 4, 2, 3), tet(0, 1, 4, 3), tet(0, 2, 4, kW),
+                       tet(0, 4, 1, kW), tet(1, 2, 3, kW), tet(0, 3, 2, kW), tet(0, 1, 3, kW)})
+    expected.insert(test::sorted_keeping_orientation(t));
+  CHECK(present_tets(r) == expected);
+  CHECK(r.fine_count(RecordId{0}) == 6);
+  CHECK(r.fine_tet_count(RecordId{0}) == 3);
+  CHECK(r.added_tet_count(RecordId{0}) == 2);
+  CHECK(r.parents(RecordId{0}).empty());
+  CHECK(r.target(RecordId{0}) == VertexId{0});
+  CHECK(r.creator(VersionId{0}) == RecordId{0});
+  for (std::uint32_t k = 0; k < 6; ++k) {
+    const VersionId t{r.first_fine(RecordId{0}).index() + k};
+    CHECK(r.vertices(t)[0] == VertexId{4});
+    CHECK(r.consumer(t) == RecordId{0});
+    CHECK(r.creator(t).is_none());
+  }
+  // Three faces of the tet, then two of the ghost; each seen from its region tet.
+  REQUIRE(asked.size() == 5);
+  for (std::size_t i = 0; i < 5; ++i) {
+    CHECK(asked[i].u == VertexId{0});
+    const Tet seen = test::sorted_keeping_orientation({asked[i].u, asked[i].a, asked[i].b, asked[i].c});
+    CHECK(seen == test::sorted_keeping_orientation(i < 3 ? tet(0, 1, 2, 3) : tet(0, 2, 1, kW)));
+    CHECK(asked[i].region_size <= 2);
+  }
+}
+
+TEST_CASE("refinement: a second split knows its parent") {
+  Refinement r({tet(0, 1, 2, 3)}, 4, 2);
+  std::vector<GrowthFace> asked;
+  split_single_tet(r, asked);
+  const VersionId seed = find(r, tet(4, 1, 2, 3));
+  const std::set<Tet> region = {test::sorted_keeping_orientation(tet(4, 1, 2, 3)),
+                                test::sorted_keeping_orientation(tet(1, 2, 3, kW))};
+  r.split(RecordId{1}, VertexId{1}, std::span(&seed, 1), [&](const GrowthFace& face) {
+    return region.count(test::sorted_keeping_orientation(r.vertices(face.behind))) != 0;
+  });
+  CHECK(r.validate().empty());
+  REQUIRE(r.parents(RecordId{1}).size() == 1);
+  CHECK(r.parents(RecordId{1})[0] == RecordId{0});
+  CHECK(r.applied_count() == 2);
+}
+
+TEST_CASE("refinement: boundary faces at a non-manifold edge have no neighbour there") {
+  const TetMesh mesh = test::pinched_edge();
+  const Refinement r(mesh.tets, 6, 1);
+  CHECK(r.base_version_count() == 10);
+  CHECK(r.validate().empty());
+  const TetMesh vertex = test::pinched_vertex();
+  CHECK(Refinement(vertex.tets, 7, 0).validate().empty());
+}
+
+TEST_CASE("refinement: vertices without a tet and an empty mesh are fine") {
+  CHECK(Refinement({tet(0, 1, 2, 3)}, 9, 0).validate().empty());
+  CHECK(Refinement({}, 0, 0).validate().empty());
+  CHECK(Refinement({}, 3, 2).version_count() == 0);
+}
+
+TEST_CASE("refinement: a bad base mesh is refused") {
+  const auto base = [](std::vector<Tet> tets) { return code_of([&] { const Refinement r(std::move(tets), 6, 0); }); };
+  CHECK(base({tet(0, 1, 2, 6)}) == ErrorCode::kCorruptFile);
+  CHECK(base({tet(0, 1, 2, kW)}) == ErrorCode::kCorruptFile);
+  CHECK(base({tet(0, 1, 2, 1)}) == ErrorCode::kCorruptFile);
+  CHECK(base({tet(0, 1, 2, 3), tet(0, 1, 2, 3)}) == ErrorCode::kCorruptFile);
+  CHECK(base({tet(0, 1, 2, 3), tet(0, 2, 1, 4), tet(0, 2, 1, 5)}) == ErrorCode::kCorruptFile);
+  CHECK(code_of([] { const Refinement r({}, 0xFFFFFFF0U, 0x20); }) == ErrorCode::kLimit);
+  CHECK(code_of([] { const Refinement r({}, 0, 0x80000000U); }) == ErrorCode::kLimit);
+}
+
+TEST_CASE("refinement: a split that cannot be is refused") {
+  const auto split = [](std::uint32_t record, std::uint32_t target, std::vector<VersionId> seeds, bool joins) {
+    Refinement r({tet(0, 1, 2, 3)}, 4, 1);
+    return code_of(
+        [&] { r.split(RecordId{record}, VertexId{target}, seeds, [&](const GrowthFace&) { return joins; }); });
+  };
+  CHECK(split(1, 0, {VersionId{0}}, false) == ErrorCode::kCorruptFile);               // no such record
+  CHECK(split(0, 7, {VersionId{0}}, false) == ErrorCode::kCorruptFile);               // no such vertex
+  CHECK(split(0, kW, {VersionId{0}}, false) == ErrorCode::kCorruptFile);              // the dummy
+  CHECK(split(0, 4, {VersionId{0}}, false) == ErrorCode::kCorruptFile);               // itself
+  CHECK(split(0, 0, {}, false) == ErrorCode::kCorruptFile);                           // nowhere
+  CHECK(split(0, 0, {VersionId{5}}, false) == ErrorCode::kCorruptFile);               // no such version
+  CHECK(split(0, 0, {VersionId{0}, VersionId{0}}, false) == ErrorCode::kCorruptFile); // twice
+  CHECK(split(0, 0, {VersionId{0}}, true) == ErrorCode::kCorruptFile);                // the whole star
+
+  Refinement r({tet(0, 1, 2, 3)}, 4, 2);
+  std::vector<GrowthFace> asked;
+  split_single_tet(r, asked);
+  CHECK(code_of([&] { split_single_tet(r, asked); }) == ErrorCode::kCorruptFile); // again
+  const VersionId gone{0};
+  CHECK(code_of([&] {
+          r.split(RecordId{1}, VertexId{0}, std::span(&gone, 1), [](const GrowthFace&) { return false; });
+        }) == ErrorCode::kCorruptFile);
+}
+
+TEST_CASE("refinement: regions that are no disk are refused") {
+  // Six tets around the edge (0, 1). The link of vertex 0 is a sphere: a disk of six triangles around vertex 1, the
+  // tets, and one of six around the dummy, the ghosts.
+  const TetMesh mesh = test::six_cycle();
+  const auto none = [](const GrowthFace&) { return false; };
+  const Refinement base(mesh.tets, 8, 1);
+  std::vector<VersionId> tets, ghosts;
+  for (std::uint32_t t = 0; t < base.version_count(); ++t) {
+    const Tet& corners = base.vertices(VersionId{t});
+    if (std::count(corners.begin(), corners.end(), VertexId{0}) == 1)
+      (base.is_ghost(VersionId{t}) ? ghosts : tets).push_back(VersionId{t});
+  }
+  REQUIRE(tets.size() == 6);
+  REQUIRE(ghosts.size() == 6);
+  const auto split = [&](const std::vector<VersionId>& region) {
+    Refinement r(mesh.tets, 8, 1);
+    r.split(RecordId{0}, VertexId{0}, region, none);
+    CHECK(r.validate().empty());
+  };
+  const auto refused = [&](const std::vector<VersionId>& region) {
+    return code_of([&] { split(region); }) == ErrorCode::kCorruptFile;
+  };
+  CHECK_NOTHROW(split(tets));
+  CHECK_NOTHROW(split(ghosts));
+  CHECK_NOTHROW(split({tets[0], tets[1]}));
+  CHECK(refused({tets[0], tets[3]})); // two disks that share a vertex
+
+  std::vector<VersionId> annulus = tets;
+  annulus.insert(annulus.end(), ghosts.begin(), ghosts.end());
+  annulus.erase(annulus.begin());
+  annulus.pop_back();
+  const Tet& first = base.vertices(tets[0]);
+  const Tet& last = base.vertices(ghosts.back());
+  REQUIRE(std::none_of(first.begin(), first.end(),
+                       [&](VertexId v) { return v.index() > 1 && std::count(last.begin(), last.end(), v) != 0; }));
+  CHECK(refused(annulus)); // all but two triangles that do not touch
+}

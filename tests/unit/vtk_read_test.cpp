@@ -1,0 +1,499 @@
+#include "formats/vtk/read.hpp"
+#include "formats/vtk/write.hpp"
+#include "mesh/scalar_dispatch.hpp"
+#include "ptet/error.hpp"
+#include "support/mesh_checks.hpp"
+#include "support/meshes.hpp"
+#include "unit/temp_folder.hpp"
+
+#include <algorithm>
+#include <random>
+#include <sstream>
+
+#include <catch2/catch.hpp>
+#include <unistd.h>
+
+using namespace ptet;
+using namespace ptet::test;
+
+/// VTK's readers leak an array or two when they refuse a file.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libvtk";
+}
+
+namespace {
+
+std::string fixture(const std::string& name) {
+  return std::string(PTET_SOURCE_DIR "/tests/fixtures/") + name;
+}
+
+struct Failure {
+  ErrorCode code{};
+  std::string message;
+};
+
+Failure failure_of(const std::string& path) {
+  try {
+    (void)read_mesh(path);
+  } catch (const Error& error) {
+    return {error.code(), error.what()};
+  }
+  FAIL("nothing was thrown for " << path);
+  return {};
+}
+
+/// The parts of an ascii VTU of one tet that a test may want wrong.
+struct VtuText {
+  std::string type = "UnstructuredGrid";
+  std::string counts = R"(NumberOfPoints="4" NumberOfCells="1")";
+  std::string point_data;
+  std::string points =
+      R"(<DataArray type="Float32" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray>)";
+  std::string connectivity = "0 1 2 3";
+  std::string offsets = "4";
+  std::string types = "10";
+
+  [[nodiscard]] std::string piece() const {
+    return "<Piece " + counts + "><PointData>" + point_data + "</PointData><Points>" + points +
+           "</Points><Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" + connectivity +
+           "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" + offsets +
+           "</DataArray><DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">" + types +
+           "</DataArray></Cells></Piece>";
+  }
+  [[nodiscard]] std::string file(const std::string& more_pieces = {}) const {
+    return "<VTKFile type=\"" + type + "\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"><" +
+           type + ">" + piece() + more_pieces + "</" + type + "></VTKFile>";
+  }
+};
+
+Failure failure_of_text(const std::string& text, const std::string& name = "mesh.vtu") {
+  const TempFolder folder;
+  write_bytes(folder / name, text);
+  const Failure failure = failure_of(folder / name);
+  CHECK(failure.message.starts_with(folder / name));
+  CHECK(failure.message.find(".cxx") == std::string::npos);
+  return failure;
+}
+
+TetMesh read_text(const std::string& text, ReadReport* report = nullptr) {
+  const TempFolder folder;
+  write_bytes(folder / "mesh.vtu", text);
+  return read_mesh(folder / "mesh.vtu", report);
+}
+
+std::string array_text(const std::string& name, const std::string& values, const std::string& more = {}) {
+  return "<DataArray type=\"Float32\" " + name + " " + more + " format=\"ascii\">" + values + "</DataArray>";
+}
+
+std::string legacy_text(const std::string& cells, const std::string& types, const std::string& rest = {}) {
+  return "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+         "POINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n" +
+         cells + "\n" + types + "\n" + rest;
+}
+
+} // namespace
+
+TEST_CASE("the cube of other people's writers is read", "[vtk]") {
+  const std::string name = GENERATE("meshio_zlib.vtu", "meshio_lzma.vtu", "meshio_ascii.vtu", "meshio_42.vtk",
+                                    "vtk_51.vtk", "vtk_appended_base64_lz4.vtu", "two_blocks.ex2", "two_pieces.pvtu");
+  INFO(name);
+  ReadReport report;
+  const TetMesh mesh = read_mesh(fixture(name), &report);
+  const bool exodus = name == "two_blocks.ex2";
+  const bool pieces = name == "two_pieces.pvtu";
+  CHECK(mesh.positions.type == ScalarType::kFloat64);
+  CHECK(mesh.vertex_count() == (pieces ? 16 : 8));
+  CHECK(mesh.tets.size() == 5);
+  CHECK(examine(mesh).volume == Approx(1));
+  REQUIRE(mesh.find("f"));
+  REQUIRE(mesh.find("v"));
+  CHECK(mesh.find("f")->type == ScalarType::kFloat64);
+  CHECK(mesh.find("v")->type == (exodus ? ScalarType::kFloat64 : ScalarType::kFloat32));
+  CHECK(mesh.find("v")->components == 3);
+  CHECK((mesh.find("id") != nullptr) == !exodus);
+  for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) {
+    const Point p = mesh.position(VertexId(i));
+    CHECK(mesh.find("f")->value(i, 0) == p[0] + 2 * p[1] + 4 * p[2]);
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+      CHECK(mesh.find("v")->value(i, axis) == p[axis]);
+    if (!exodus) CHECK(mesh.find("id")->value(i, 0) == 10 * mesh.find("f")->value(i, 0));
+  }
+  if (!exodus) CHECK(mesh.find("id")->type == ScalarType::kInt32);
+
+  const auto noted = [&](const std::string& part) {
+    return std::any_of(report.notes.begin(), report.notes.end(),
+                       [&](const std::string& note) { return note.find(part) != std::string::npos; });
+  };
+  if (name.starts_with("meshio")) CHECK(noted("cell array 'c' is not carried"));
+  if (exodus) CHECK(noted("last of 2 time steps (time 1.5)"));
+  if (pieces) CHECK(noted("joined 2 pieces"));
+  if (pieces) CHECK(noted("skipped 1 ghost cell"));
+}
+
+TEST_CASE("the real meshes are read whole", "[vtk][data]") {
+  struct Expected {
+    const char* name;
+    std::size_t vertices, tets, arrays;
+  };
+  const auto expected =
+      GENERATE(Expected{"fire_ug.vtu", 12323, 62772, 6}, Expected{"pulley.vtu", 14762, 63767, 2},
+               Expected{"fea_bracket.vtu", 16468, 56786, 1}, Expected{"seamount.vtu", 20004, 100450, 3},
+               Expected{"bluntfin.vtu", 40921, 187356, 6}, Expected{"motorbike.vtu", 455682, 2573753, 4});
+  const auto path = data_file(expected.name);
+  if (!path) {
+    WARN(expected.name << " is not in " << data_dir() << ": skipped");
+    return;
+  }
+  ReadReport report;
+  const TetMesh mesh = read_mesh(*path, &report);
+  CHECK(mesh.vertex_count() == expected.vertices);
+  CHECK(mesh.tets.size() == expected.tets);
+  CHECK(mesh.point_arrays.size() == expected.arrays);
+  CHECK(report.notes.empty());
+}
+
+TEST_CASE("several pieces of one file are joined, each with its own numbering", "[vtk]") {
+  VtuText first;
+  first.point_data = array_text("Name=\"f\"", "1 2 3 4");
+  VtuText second = first;
+  second.point_data = array_text("Name=\"f\"", "5 6 7 8");
+  SECTION("like arrays") {
+    const TetMesh mesh = read_text(first.file(second.piece()));
+    CHECK(mesh.vertex_count() == 8);
+    REQUIRE(mesh.tets.size() == 2);
+    CHECK(mesh.tets[1][0] == VertexId(4));
+    CHECK(mesh.find("f")->value(7, 0) == 8);
+  }
+  SECTION("an id that would reach into the next piece") {
+    first.connectivity = "0 1 2 4";
+    CHECK(failure_of_text(first.file(second.piece())).message.find("cell 0 uses point 4, and there are 4 points") !=
+          std::string::npos);
+  }
+  SECTION("arrays of other names") {
+    second.point_data = array_text("Name=\"g\"", "5 6 7 8");
+    CHECK(failure_of_text(first.file(second.piece())).message.find("other point arrays") != std::string::npos);
+  }
+  SECTION("positions of another type") {
+    second.points =
+        R"(<DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray>)";
+    CHECK(failure_of_text(first.file(second.piece())).code == ErrorCode::kBadInput);
+  }
+}
+
+TEST_CASE("arrays without a name of their own get one", "[vtk]") {
+  VtuText text;
+  text.point_data = array_text("Name=\"f\"", "1 2 3 4") + array_text("Name=\"f\"", "5 6 7 8") +
+                    array_text("", "9 10 11 12") + array_text("Name=\"g\"", "13 14 15 16");
+  ReadReport report;
+  const TetMesh mesh = read_text(text.file(), &report);
+  REQUIRE(mesh.point_arrays.size() == 4);
+  CHECK(mesh.point_arrays[0].name == "f");
+  CHECK(mesh.point_arrays[1].name == "f_2");
+  CHECK(mesh.point_arrays[2].name == "array_2");
+  CHECK(mesh.point_arrays[3].name == "g");
+  for (std::size_t i = 0; i < 4; ++i)
+    CHECK(mesh.point_arrays[i].value(0, 0) == 4 * static_cast<double>(i) + 1);
+  CHECK(report.notes == std::vector<std::string>{"a second point array 'f' is called 'f_2'",
+                                                 "a point array without a name is called 'array_2'"});
+}
+
+TEST_CASE("point arrays that are not numeric are left out and said", "[vtk]") {
+  VtuText text;
+  text.point_data = R"(<Array type="String" Name="label" format="ascii">65 0 66 0 67 0 68 0</Array>)" +
+                    array_text("Name=\"f\"", "1 2 3 4");
+  ReadReport report;
+  const TetMesh mesh = read_text(text.file(), &report);
+  CHECK(mesh.point_arrays.size() == 1);
+  CHECK(mesh.find("f")->value(3, 0) == 4);
+  REQUIRE(report.notes.size() == 1);
+  CHECK_THAT(report.notes[0], Catch::Contains("'label' is not numeric"));
+}
+
+TEST_CASE("cells of lower dimension are skipped beside volume cells", "[vtk]") {
+  VtuText text;
+  text.counts = R"(NumberOfPoints="4" NumberOfCells="5")";
+  text.connectivity = "0 1 2  0 1 2 3  0 1  2  0 1 2";
+  text.offsets = "3 7 9 10 13";
+  text.types = "5 10 3 1 5";
+  ReadReport report;
+  const TetMesh mesh = read_text(text.file(), &report);
+  CHECK(mesh.tets.size() == 1);
+  CHECK(report.notes == std::vector<std::string>{"skipped 1 vertex, 1 line and 2 triangles"});
+}
+
+TEST_CASE("what is not a tetrahedral mesh is refused by name", "[vtk]") {
+  VtuText text;
+  SECTION("triangles only") {
+    text.counts = R"(NumberOfPoints="4" NumberOfCells="1234")";
+    text.connectivity = text.offsets = text.types = "";
+    for (int i = 1; i <= 1234; ++i) {
+      text.connectivity += "0 1 2 ";
+      text.offsets += std::to_string(3 * i) + " ";
+      text.types += "5 ";
+    }
+    const Failure failure = failure_of_text(text.file());
+    CHECK(failure.code == ErrorCode::kBadInput);
+    CHECK_THAT(failure.message, Catch::EndsWith("holds 1,234 triangles and no volume cells: ptet needs tetrahedra"));
+  }
+  SECTION("a cell that cannot be split") {
+    text.counts = R"(NumberOfPoints="4" NumberOfCells="2")";
+    text.connectivity = "0 1 2 3 0 1 2 3";
+    text.offsets = "4 8";
+    text.types = "10 41";
+    CHECK_THAT(
+        failure_of_text(text.file()).message,
+        Catch::EndsWith("holds 1 cell of vtkConvexPointSet (first: cell 1), which ptet cannot split into tetrahedra"));
+  }
+  SECTION("a cell type that nobody knows") {
+    text.types = "200";
+    CHECK_THAT(failure_of_text(text.file()).message, Catch::Contains("unknown type 200"));
+  }
+  SECTION("a surface dataset") {
+    CHECK_THAT(failure_of_text("<VTKFile type=\"PolyData\" version=\"0.1\"><PolyData/></VTKFile>", "mesh.vtp").message,
+               Catch::Contains("holds a PolyData"));
+    CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\n", "mesh.vtk").message,
+               Catch::Contains("holds a dataset of type 'structured_points'"));
+  }
+  SECTION("something else") {
+    CHECK_THAT(failure_of_text("hello").message, Catch::Contains("is no mesh that ptet reads"));
+    CHECK_THAT(failure_of_text("").message, Catch::EndsWith("is empty"));
+  }
+}
+
+TEST_CASE("paths that cannot be read are named with the system's reason", "[vtk]") {
+  const TempFolder folder;
+  CHECK(failure_of(folder / "none.vtu").code == ErrorCode::kIo);
+  CHECK_THAT(failure_of(folder / "none.vtu").message,
+             Catch::EndsWith("none.vtu: cannot read: No such file or directory"));
+  CHECK_THAT(failure_of(folder / "").message, Catch::EndsWith("cannot read: it is a folder"));
+  CHECK_THAT(failure_of("/dev/null").message, Catch::EndsWith("it is not a regular file"));
+  CHECK_THROWS_AS(hash_file(folder / "none.vtu"), Error);
+  write_bytes(folder / "closed.vtu", VtuText().file());
+  std::filesystem::permissions(folder / "closed.vtu", std::filesystem::perms::none);
+  if (::geteuid() != 0) CHECK(failure_of(folder / "closed.vtu").code == ErrorCode::kIo);
+  write_bytes(folder / "pieces.pvtu", "<VTKFile type=\"PUnstructuredGrid\" version=\"0.1\"><PUnstructuredGrid>"
+                                      "<Piece Source=\"gone.vtu\"/></PUnstructuredGrid></VTKFile>");
+  CHECK(failure_of(folder / "pieces.pvtu").code == ErrorCode::kIo);
+  CHECK_THAT(failure_of(folder / "pieces.pvtu").message, Catch::Contains("gone.vtu: cannot read: No such file"));
+}
+
+TEST_CASE("a VTU that lies is bad input", "[vtk]") {
+  VtuText text;
+  REQUIRE(read_text(text.file()).tets.size() == 1);
+  std::string part;
+  SECTION("more points than there are") {
+    text.counts = R"(NumberOfPoints="5" NumberOfCells="1")";
+  }
+  SECTION("more points than any file holds") {
+    text.counts = R"(NumberOfPoints="99999999999" NumberOfCells="1")";
+    part = "more than the file can hold";
+  }
+  SECTION("more cells than any file holds") {
+    text.counts = R"(NumberOfPoints="4" NumberOfCells="99999999999")";
+    part = "more than the file can hold";
+  }
+  SECTION("a negative count") {
+    text.counts = R"(NumberOfPoints="-4" NumberOfCells="1")";
+  }
+  SECTION("no counts") {
+    text.counts = "";
+  }
+  SECTION("two coordinates") {
+    text.points = R"(<DataArray type="Float32" NumberOfComponents="2" format="ascii">0 0 1 0 0 1 1 1</DataArray>)";
+    part = "do not have three coordinates";
+  }
+  SECTION("positions of no type") {
+    text.points =
+        R"(<DataArray type="Floaty" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray>)";
+  }
+  SECTION("a short array") {
+    text.point_data = array_text("Name=\"f\"", "1 2 3");
+    part = "may be too short";
+  }
+  SECTION("an array of a billion components") {
+    text.point_data = array_text("Name=\"f\"", "1 2 3 4", "NumberOfComponents=\"1000000000\"");
+  }
+  SECTION("an array of an unknown type") {
+    text.point_data = R"(<DataArray type="Float128" Name="f" format="ascii">1 2 3 4</DataArray>)";
+  }
+  SECTION("an element that is no array") {
+    text.point_data = "<Cat Name=\"f\"/>";
+  }
+  SECTION("an id beyond the points") {
+    text.connectivity = "0 1 2 4";
+    part = "cell 0 uses point 4, and there are 4 points";
+  }
+  SECTION("a negative id") {
+    text.connectivity = "0 1 2 -1";
+    part = "cell 0 uses point -1, and there are 4 points";
+  }
+  SECTION("short connectivity") {
+    text.connectivity = "0 1 2";
+  }
+  SECTION("a tet of three") {
+    text.offsets = "3";
+    part = "cell 0, a tetrahedron, has 3 points";
+  }
+  SECTION("offsets that reach for everything") {
+    text.offsets = "2305843009213693953";
+  }
+  SECTION("negative offsets") {
+    text.offsets = "-4";
+  }
+  SECTION("offsets that go back") {
+    text.counts = R"(NumberOfPoints="4" NumberOfCells="2")";
+    text.offsets = "8 4";
+    text.types = "10 10";
+    text.connectivity = "0 1 2 3 0 1 2 3";
+  }
+  SECTION("no types") {
+    text.types = "";
+  }
+  const Failure failure = failure_of_text(text.file());
+  CHECK((failure.code == ErrorCode::kBadInput || failure.code == ErrorCode::kLimit));
+  CHECK_THAT(failure.message, Catch::Contains(part));
+}
+
+TEST_CASE("XML that is broken or of another kind is bad input", "[vtk]") {
+  const std::string whole = VtuText().file();
+  CHECK_THAT(failure_of_text(whole.substr(0, whole.size() - 20)).message, Catch::Contains("pars"));
+  CHECK(failure_of_text("<VTKFile type=\"UnstructuredGrid\">").code == ErrorCode::kBadInput);
+  CHECK(failure_of_text("<VTKFile type=\"UnstructuredGrid\"></VTKFile>").code == ErrorCode::kBadInput);
+  CHECK(failure_of_text("<VTKFile type=\"UnstructuredGrid\" byte_order=\"Sideways\"></VTKFile>").code ==
+        ErrorCode::kBadInput);
+  CHECK_THAT(failure_of_text("<VTKFile type=\"PUnstructuredGrid\"><PUnstructuredGrid/></VTKFile>").message,
+             Catch::Contains("names no pieces"));
+}
+
+TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n9 0 1 2 3", "CELL_TYPES 1\n10"), "m.vtk").message,
+             Catch::Contains("cell 0 does not fit"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 2 5\n4 0 1 2 3", "CELL_TYPES 2\n10 10"), "m.vtk").message,
+             Catch::Contains("fewer cells"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 0\n"), "m.vtk").message,
+             Catch::Contains("has 1 cells and 0 cell types"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 999999999999\n4 0 1 2 3", "CELL_TYPES 1\n10"), "m.vtk").message,
+             Catch::Contains("more than the file can hold"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1 2 7", "CELL_TYPES 1\n10"), "m.vtk").message,
+             Catch::Contains("cell 0 uses point 7"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1", ""), "m.vtk").message, Catch::EndsWith("is cut short"));
+  CHECK_THAT(failure_of_text("# vtk DataFile Version\"5.1\nt\nASCII\n", "m.vtk").message,
+             Catch::Contains("no version"));
+  CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\n", "m.vtk").message,
+             Catch::Contains("holds no dataset"));
+}
+
+TEST_CASE("all attributes of a legacy file are read, not the first of each kind", "[vtk]") {
+  const TempFolder folder;
+  write_bytes(folder / "m.vtk",
+              legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 1\n10",
+                          "POINT_DATA 4\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4\n"
+                          "SCALARS b short 2\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8\n"
+                          "VECTORS c double\n1 2 3 1 2 3 1 2 3 1 2 3\nVECTORS d float\n1 2 3 1 2 3 1 2 3 1 2 3\n"
+                          "FIELD more 1\ne 1 4 unsigned_char\n9 8 7 6\n"));
+  const TetMesh mesh = read_mesh(folder / "m.vtk");
+  CHECK(mesh.point_arrays.size() == 5);
+  REQUIRE(mesh.find("b"));
+  CHECK(mesh.find("b")->type == ScalarType::kInt16);
+  CHECK(mesh.find("b")->components == 2);
+  REQUIRE(mesh.find("e"));
+  CHECK(mesh.find("e")->value(3, 0) == 6);
+}
+
+TEST_CASE("files cut short anywhere are refused or the same", "[vtk]") {
+  const TempFolder folder;
+  const auto ending = GENERATE("vtu", "vtk");
+  const TetMesh mesh = grid({});
+  const std::string path = folder / (std::string("mesh.") + ending);
+  write_mesh(path, mesh);
+  const std::string bytes = read_bytes(path);
+  std::mt19937 random(3);
+  for (int i = 0; i < 60; ++i) {
+    write_bytes(path, bytes.substr(0, random() % bytes.size()));
+    try {
+      const TetMesh read = read_mesh(path);
+      // VTK takes a file that lacks no more than its closing tags, or whole arrays at its end.
+      CHECK((read.tets == mesh.tets));
+      CHECK((read.positions == mesh.positions));
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kBadInput);
+    }
+  }
+}
+
+TEST_CASE("flipped bits are refused or give a mesh whose ids are in range", "[vtk]") {
+  const TempFolder folder;
+  const auto ending = GENERATE("vtu", "vtk");
+  const std::string path = folder / (std::string("mesh.") + ending);
+  GridOptions small;
+  small.cells = {2, 2, 1};
+  write_mesh(path, grid(small));
+  const std::string bytes = read_bytes(path);
+  std::mt19937 random(5);
+  for (int i = 0; i < 400; ++i) {
+    std::string damaged = bytes;
+    damaged[random() % bytes.size()] ^= static_cast<char>(1U << random() % 8);
+    write_bytes(path, damaged);
+    try {
+      const TetMesh read = read_mesh(path);
+      const bool in_range = std::all_of(read.tets.begin(), read.tets.end(), [&](const Tet& tet) {
+        return std::all_of(tet.begin(), tet.end(), [&](VertexId v) { return v.index() < read.vertex_count(); });
+      });
+      CHECK(in_range);
+      for (const PointArray& array : read.point_arrays)
+        CHECK(array.size() == read.vertex_count());
+    } catch (const Error& error) {
+      CHECK((error.code() == ErrorCode::kBadInput || error.code() == ErrorCode::kLimit));
+    }
+  }
+}
+
+TEST_CASE("an Exodus file that is damaged is bad input", "[vtk]") {
+  const TempFolder folder;
+  const std::string path = folder / "mesh.ex2";
+  const std::string whole = read_bytes(fixture("two_blocks.ex2"));
+  const auto failure_with = [&](const std::string& text, const std::string& other) {
+    std::string bytes = whole;
+    const std::size_t at = bytes.find(text);
+    REQUIRE(at != std::string::npos);
+    bytes.replace(at, other.size(), other);
+    write_bytes(path, bytes);
+    return failure_of(path);
+  };
+  CHECK(failure_with("num_nodes", "num_modes").code == ErrorCode::kBadInput);
+  CHECK(failure_with("num_el_blk", "num_el_bkl").code == ErrorCode::kBadInput);
+  CHECK(failure_with("connect2", "connect3").code == ErrorCode::kBadInput);
+  const std::string eight("num_nodes\0\0\0\0\0\0\x08", 16);
+  CHECK_THAT(failure_with(eight, std::string("num_nodes\0\0\0\x7F\0\0\x08", 16)).message,
+             Catch::Contains("is damaged"));
+  for (const std::size_t length : {std::size_t{4}, std::size_t{100}, whole.size() / 2}) {
+    write_bytes(path, whole.substr(0, length));
+    CHECK(failure_of(path).code == ErrorCode::kBadInput);
+  }
+}
+
+TEST_CASE("reading can be watched and cancelled", "[vtk]") {
+  const TempFolder folder;
+  write_mesh(folder / "mesh.vtu", grid({}));
+  int calls = 0;
+  (void)read_mesh(folder / "mesh.vtu", nullptr, [&](const Progress& progress) {
+    CHECK(progress.done <= progress.total);
+    return ++calls > 0;
+  });
+  CHECK(calls > 0);
+  try {
+    (void)read_mesh(folder / "mesh.vtu", nullptr, [](const Progress&) { return false; });
+    FAIL("nothing was thrown");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kCancelled);
+  }
+}
+
+TEST_CASE("the hash of a file is its XXH64", "[vtk]") {
+  const TempFolder folder;
+  write_bytes(folder / "empty", "");
+  write_bytes(folder / "abc", "abc");
+  CHECK(hash_file(folder / "empty") == "xxh64:ef46db3751d8e999");
+  CHECK(hash_file(folder / "abc") == "xxh64:44bc2cf5ad770999");
+}

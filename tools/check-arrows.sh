@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# The one-way arrows of the house: which folder may include what. Prints each include that goes the wrong way.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+wrong=0
+# forbid WHY INCLUDE-PATTERN FILE...: no file may have an #include whose path matches the pattern.
+forbid() {
+  local why=$1 pattern=$2
+  shift 2
+  [[ $# -gt 0 ]] || return 0
+  if grep -nE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"]($pattern)" "$@" /dev/null; then
+    echo "  ^ $why" >&2
+    wrong=1
+  fi
+}
+
+sources() { find "$@" -type f \( -name '*.cpp' -o -name '*.hpp' \) 2>/dev/null | sort; }
+
+mapfile -t lod < <(sources lib/lod)
+mapfile -t build < <(sources lib/build)
+mapfile -t record < <(sources lib/record)
+mapfile -t ground < <(sources lib/mesh lib/error)
+mapfile -t all_lib < <(sources lib)
+mapfile -t all_formats < <(sources formats)
+mapfile -t ptet_format < <(sources formats/ptet)
+mapfile -t public < <(sources lib/include)
+
+offline='OpenMesh/|vtk|CGAL/|tbb/|oneapi/|boost/(filesystem|iostreams|program_options|thread|log|regex)'
+forbid "lod does not know build" 'build/|ptet/build\.hpp|formats/ptet/writer\.hpp' "${lod[@]}"
+forbid "build does not know lod" 'lod/|ptet/dataset\.hpp|formats/ptet/reader\.hpp' "${build[@]}"
+forbid "records do not know formats" 'formats/|build/|lod/' "${record[@]}"
+forbid "mesh and error are the ground floor" 'formats/|build/|lod/|record/' "${ground[@]}"
+forbid "the library does not know the tools" '(.*/)?tools/' "${all_lib[@]}" "${all_formats[@]}"
+forbid "public headers name no dependency" 'OpenMesh/|vtk|CGAL/|tbb/|boost/|Eigen/|zstd|xxhash' "${public[@]}"
+forbid "the run-time library is small" "$offline" "${lod[@]}" "${record[@]}" "${ptet_format[@]}"
+exit $wrong

@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Runs README.md: writes the files that it shows (blocks that open with a language and a path, as in ```cpp a/b.cpp)
+# into place, then runs its commands (blocks marked ```sh) in order, in one shell that stops at the first failure. What
+# they make lands in build/ and quickstart/. Blocks marked ```text show what is printed and are not run.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+awk -v folder="$folder" '
+  /^```/ {
+    if (open) { open = 0; close(file); next }
+    open = 1
+    file = $1 == "```sh" ? folder "/commands.sh" : NF == 2 ? $2 : "/dev/null"
+    if (NF == 2) { path = $2; sub(/\/[^\/]*$/, "", path); system("mkdir -p " path); printf "" > file }
+    next
+  }
+  open { print >> file }' README.md
+[[ -s $folder/commands.sh ]] || { echo "check-readme.sh: README.md has no commands" >&2; exit 1; }
+bash -euo pipefail -x "$folder/commands.sh"

@@ -1,0 +1,56 @@
+// What a user types after an option, made into what the library takes. Numbers are read the same in every locale.
+//
+//   bound    X | X%                        absolute | percent of the field's range, or of the bounding-box diagonal
+//   bounds   bound | NAME=bound, ...       for every governing field | for one; an entry may follow after a comma
+//   count    N | N%                        so many | percent of the original's
+//   region   box:x0,y0,z0,x1,y1,z1 | sphere:x,y,z,r
+//
+// All functions throw Error(kBadArgument) with a message that begins with the option's name.
+#pragma once
+
+#include "ptet/bounds.hpp"
+#include "ptet/dataset.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ptet::cli {
+
+/// A number of vertices or tets; relative: a fraction of the original's.
+struct Count {
+  double value = 0;
+  bool relative = false;
+  /// The count, rounded down, given how many the original has.
+  [[nodiscard]] std::uint64_t of(std::uint64_t total) const;
+};
+
+/// A finite number >= 0.
+[[nodiscard]] double parse_number(std::string_view option, std::string_view text);
+/// A whole number >= `least`, <= `most`.
+[[nodiscard]] std::uint64_t parse_whole(std::string_view option, std::string_view text, std::uint64_t least,
+                                        std::uint64_t most);
+[[nodiscard]] Bound parse_bound(std::string_view option, std::string_view text);
+/// Names may hold commas and equal signs: an entry ends at the first comma before which it is complete.
+/// No name may occur twice.
+[[nodiscard]] std::vector<FieldBound> parse_field_bounds(std::string_view option,
+                                                         const std::vector<std::string>& texts);
+/// At most 100%.
+[[nodiscard]] Count parse_count(std::string_view option, std::string_view text);
+[[nodiscard]] FocusRegion parse_focus(std::string_view option, std::string_view text);
+
+/// One bound per governing field that is bounded: a bound by name goes before the one for every field.
+/// `all` are the names a file or mesh has, `governing` those among them that bounds can be on.
+[[nodiscard]] std::vector<FieldBound> resolve_field_bounds(std::string_view option,
+                                                           const std::vector<FieldBound>& bounds,
+                                                           const std::vector<std::string>& all,
+                                                           const std::vector<std::string>& governing);
+
+/// "'a', 'b' and 'c'"; "none" for an empty list.
+[[nodiscard]] std::string quoted_list(const std::vector<std::string>& names);
+
+/// The ending of a path, with its dot.
+[[nodiscard]] std::string ending_of(const std::string& path);
+
+} // namespace ptet::cli

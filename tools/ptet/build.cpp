@@ -1,0 +1,290 @@
+// ptet build: a mesh in, a .ptet file with all its levels out, and a report of how that went.
+#include "ptet/build.hpp"
+
+#include "arguments.hpp"
+#include "commands.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "formats/vtk/read.hpp"
+#include "ptet/dataset.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <optional>
+
+namespace ptet::cli {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::optional<std::string> output;
+  std::vector<std::string> fields;
+  std::vector<std::string> max_field_error;
+  std::optional<std::string> max_domain_error;
+  std::optional<std::string> target_vertices;
+  std::optional<std::string> min_quality;
+  std::optional<std::string> max_star;
+  std::optional<std::string> threads;
+  bool force = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+/// What the options say by themselves, before the mesh is known.
+struct Wishes {
+  BuildOptions options;
+  std::vector<FieldBound> max_field_error;
+  std::optional<Count> target;
+};
+
+Wishes parse(const Arguments& arguments) {
+  Wishes wishes;
+  wishes.options.fields = arguments.fields;
+  wishes.max_field_error = parse_field_bounds("--max-field-error", arguments.max_field_error);
+  if (arguments.max_domain_error) {
+    wishes.options.max_domain_error = parse_bound("--max-domain-error", *arguments.max_domain_error);
+  }
+  if (arguments.target_vertices) wishes.target = parse_count("--target-vertices", *arguments.target_vertices);
+  if (arguments.min_quality) {
+    wishes.options.min_quality = parse_number("--min-quality", *arguments.min_quality);
+    if (wishes.options.min_quality > 1) {
+      throw Error(ErrorCode::kBadArgument, "--min-quality '" + *arguments.min_quality + "': no tet is better than 1");
+    }
+  }
+  if (arguments.max_star) {
+    wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 4, 4096));
+  }
+  if (arguments.threads) {
+    wishes.options.threads = static_cast<unsigned>(parse_whole("--threads", *arguments.threads, 0, 1024));
+  }
+  return wishes;
+}
+
+std::vector<std::string> names_of(const TetMesh& mesh) {
+  std::vector<std::string> names;
+  for (const PointArray& array : mesh.point_arrays)
+    names.push_back(array.name);
+  return names;
+}
+
+/// The rule of BuildOptions::fields.
+std::vector<std::string> governing_names(const TetMesh& mesh, const std::vector<std::string>& asked) {
+  const std::vector<std::string> all = names_of(mesh);
+  for (const std::string& name : asked) {
+    if (mesh.find(name) == nullptr) {
+      throw Error(ErrorCode::kBadArgument,
+                  "--field: there is no point array '" + name + "'; there are: " + quoted_list(all));
+    }
+  }
+  if (!asked.empty()) return asked;
+  std::vector<std::string> names;
+  for (const PointArray& array : mesh.point_arrays) {
+    if (array.type == ScalarType::kFloat32 || array.type == ScalarType::kFloat64) names.push_back(array.name);
+  }
+  return names.empty() ? all : names;
+}
+
+std::string output_of(const Arguments& arguments) {
+  const std::string path = arguments.output.value_or(std::filesystem::path(arguments.input).stem().string() + ".ptet");
+  const std::string target = checked_output(path, arguments.input);
+  const bool meant = arguments.force || ending_of(target) == ".ptet";
+  if (!meant && size_of_file(target) > 0 && !is_ptet_file(target)) {
+    throw Error(ErrorCode::kBadArgument,
+                "'" + path + "' exists and is not a .ptet file; give another name with -o, or --force to replace it");
+  }
+  return target;
+}
+
+/// Everything there is to say after a build.
+struct Outcome {
+  std::string input, output;
+  std::uint64_t input_bytes = 0;
+  ReadReport read;
+  BuildReport build;
+  DatasetInfo info;
+};
+
+double collapses_per_second(const BuildReport& report) {
+  return report.collapse_seconds > 0 ? static_cast<double>(report.records) / report.collapse_seconds : 0;
+}
+
+double per(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+double range_of(const DatasetInfo& info, const std::string& field) {
+  const auto found = std::find_if(info.fields.begin(), info.fields.end(),
+                                  [&](const FieldInfo& candidate) { return candidate.name == field; });
+  return found == info.fields.end() ? 0 : found->range;
+}
+
+void print_json(const Outcome& outcome) {
+  const BuildReport& build = outcome.build;
+  Json collapses = Json::object();
+  for (std::size_t i = 0; i < kCollapseStatusCount; ++i) {
+    collapses[std::string(name_of(static_cast<CollapseStatus>(i)))] = build.collapses[i];
+  }
+  Json field_error = Json::object();
+  for (const auto& [field, error] : build.field_error)
+    field_error[field] = error;
+  std::vector<std::string> notes = outcome.read.notes;
+  notes.insert(notes.end(), build.notes.begin(), build.notes.end());
+
+  Json json;
+  json["input"] = {{"path", outcome.input},
+                   {"format", outcome.read.format},
+                   {"bytes", outcome.input_bytes},
+                   {"vertices", build.input_vertices},
+                   {"tets", build.input_tets}};
+  json["output"] = outcome.output;
+  json["notes"] = notes;
+  json["base"] = {{"vertices", build.base_vertices}, {"tets", build.base_tets}};
+  json["records"] = build.records;
+  json["rounds"] = build.rounds;
+  json["depth"] = build.depth;
+  json["stopped_by"] = build.stopped_by;
+  json["collapses"] = collapses;
+  json["field_error"] = field_error;
+  json["domain_error"] = build.domain_error;
+  json["file_bytes"] = build.file_bytes;
+  json["bytes_per_vertex"] = per(build.file_bytes, build.input_vertices);
+  json["ratio_to_input"] = per(build.file_bytes, outcome.input_bytes);
+  json["collapse_seconds"] = build.collapse_seconds;
+  json["collapses_per_second"] = collapses_per_second(build);
+  json["seconds"] = build.total_seconds;
+  print(json);
+}
+
+void print_text(const Outcome& outcome) {
+  const BuildReport& build = outcome.build;
+  std::ostream& out = std::cout;
+  out << "built " << outcome.output << " from " << outcome.input << " in " << brief(build.total_seconds, 3) << " s\n";
+  out << "  input     " << outcome.read.format << ", " << counted(build.input_vertices, "vertex") << ", "
+      << counted(build.input_tets, "tet") << ", " << counted(outcome.input_bytes, "byte") << '\n';
+  for (const std::string& note : outcome.read.notes)
+    out << "  note      " << note << '\n';
+  for (const std::string& note : build.notes)
+    out << "  note      " << note << '\n';
+  out << "  base      " << counted(build.base_vertices, "vertex") << " ("
+      << percent(static_cast<double>(build.base_vertices), static_cast<double>(build.input_vertices)) << "), "
+      << counted(build.base_tets, "tet") << "; stopped by: " << build.stopped_by << '\n';
+  out << "  records   " << grouped(build.records) << " in " << counted(build.rounds, "round") << ", depth "
+      << grouped(build.depth) << '\n';
+  std::string refused;
+  for (std::size_t i = 0; i < kCollapseStatusCount; ++i) {
+    const auto status = static_cast<CollapseStatus>(i);
+    if (status == CollapseStatus::kAccepted || build.collapses[i] == 0) continue;
+    refused += (refused.empty() ? "" : ", ") + std::string(name_of(status)) + " " + grouped(build.collapses[i]);
+  }
+  out << "  refused   " << (refused.empty() ? "none" : refused) << '\n';
+  for (const auto& [field, error] : build.field_error) {
+    const std::string share = percent(error, range_of(outcome.info, field));
+    out << "  error     " << field << " up to " << brief(error)
+        << (share.empty() ? "" : " (" + share + " of its range)") << '\n';
+  }
+  const std::string share = percent(build.domain_error, outcome.info.diagonal);
+  out << "  error     domain up to " << brief(build.domain_error)
+      << (share.empty() ? "" : " (" + share + " of the diagonal)") << '\n';
+  out << "  file      " << counted(build.file_bytes, "byte") << ", "
+      << brief(per(build.file_bytes, build.input_vertices), 3) << " a vertex, "
+      << brief(per(build.file_bytes, outcome.input_bytes), 3) << " of the input file\n";
+  out << "  speed     " << counted(build.records, "collapse") << " in " << brief(build.collapse_seconds, 3) << " s, "
+      << grouped(static_cast<std::uint64_t>(collapses_per_second(build))) << "/s\n";
+}
+
+void run(const Arguments& arguments) {
+  const auto begin = Clock::now();
+  const Wishes wishes = parse(arguments);
+  if (is_ptet_file(arguments.input)) {
+    throw Error(ErrorCode::kBadInput,
+                "'" + arguments.input + "' is a .ptet file already; 'ptet extract' gets meshes out of it");
+  }
+  Outcome outcome;
+  outcome.input = arguments.input;
+  outcome.output = output_of(arguments);
+  outcome.input_bytes = size_of_file(arguments.input);
+
+  ProgressLine progress(arguments.quiet);
+  progress.stage("reading");
+  const TetMesh mesh = read_mesh(arguments.input, &outcome.read, progress.callback());
+  BuildOptions options = wishes.options;
+  options.max_field_error = resolve_field_bounds("--max-field-error", wishes.max_field_error, names_of(mesh),
+                                                 governing_names(mesh, options.fields));
+  if (wishes.target) options.target_vertices = static_cast<double>(wishes.target->of(mesh.vertex_count()));
+  const std::string hash = hash_file(arguments.input, progress.callback());
+  stop_if_interrupted();
+  outcome.build = build_file(mesh, outcome.output, options, std::filesystem::path(arguments.input).filename().string(),
+                             hash, progress.callback());
+  outcome.build.total_seconds = seconds_since(begin); // reading included: it is what the user waited for
+  outcome.info = Dataset::open(outcome.output)->info();
+  progress.erase();
+
+  if (arguments.json) {
+    print_json(outcome);
+  } else if (!arguments.quiet) {
+    print_text(outcome);
+  }
+}
+
+constexpr const char* kExamples = R"(Examples:
+  ptet build fire.vtu -o fire.ptet
+  ptet build wing.vtu --field pressure --max-domain-error 0.5% --target-vertices 2%
+  ptet build wing.vtu --max-field-error pressure=1%,velocity=5% --json > report.json
+
+OUT is written beside its final name and renamed when it is whole: after a failure or Ctrl-C there is what was there
+before. X% of a field error is of the field's range, X% of a domain error of the bounding-box diagonal; a plain X is in
+the units of the field or of the mesh. Cells that are not tetrahedra are split into tetrahedra.
+)";
+
+} // namespace
+
+void add_build(CLI::App& program) {
+  CLI::App* const command =
+      program.add_subcommand("build", "Simplify a mesh and write all its levels to one .ptet file");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("IN", arguments->input, "the mesh: .vtu, .pvtu, .vtk or Exodus")->required()->option_text(" ");
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "the file to write; without it IN's name with .ptet,\n"
+                   "in the current folder")
+      ->option_text("OUT.ptet");
+  command
+      ->add_option("--field", arguments->fields,
+                   "a point array whose errors are measured and kept small;\n"
+                   "repeatable; without it every floating-point array\n(every array when none is). All others are "
+                   "carried along")
+      ->allow_extra_args(false)
+      ->option_text("NAME");
+  command
+      ->add_option("--max-field-error", arguments->max_field_error,
+                   "no collapse with a larger field error: X or X% for\n"
+                   "every field, NAME=X or NAME=X% for one; repeatable,\nor with commas")
+      ->allow_extra_args(false)
+      ->option_text("X|NAME=X,...");
+  command->add_option("--max-domain-error", arguments->max_domain_error, "no collapse with a larger one (2%)")
+      ->option_text("X|X%");
+  command->add_option("--target-vertices", arguments->target_vertices, "stop at so many vertices (1%)")
+      ->option_text("N|N%");
+  command
+      ->add_option("--min-quality", arguments->min_quality,
+                   "no tet below this shape (1 regular, 0 flat), unless\n"
+                   "its place had a worse one before (0.001)")
+      ->option_text("Q");
+  command->add_option("--max-star", arguments->max_star, "most tets around a vertex after a collapse (64)")
+      ->option_text("N");
+  command
+      ->add_option("--threads", arguments->threads,
+                   "worker threads; 0: as many as the machine has (0).\nThe file does not depend on it")
+      ->option_text("N");
+  command->add_flag("--force", arguments->force,
+                    "replace OUT even when neither its name nor its contents\nare those of a .ptet file");
+  command->add_flag("--json", arguments->json, "the report as one JSON object");
+  command->add_flag("-q,--quiet", arguments->quiet, "no report and no progress");
+  command->footer(kExamples);
+  command->callback([arguments] { run(*arguments); });
+}
+
+} // namespace ptet::cli

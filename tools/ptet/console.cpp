@@ -1,0 +1,169 @@
+#include "console.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <utility>
+
+#include <unistd.h>
+
+namespace ptet::cli {
+namespace {
+
+std::atomic<bool> interrupt_flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch only lock-free atomics");
+
+extern "C" void note_interrupt(int) {
+  interrupt_flag.store(true, std::memory_order_relaxed);
+}
+
+constexpr auto kRewriteEvery = std::chrono::milliseconds(100);
+/// The rate is taken over the last one to two of these.
+constexpr auto kRateOver = std::chrono::seconds(3);
+/// A rate over less says nothing.
+constexpr double kLeastRateSeconds = 0.5;
+/// Totals below this are shares of the work, not things that a rate can count.
+constexpr std::uint64_t kLeastCounted = 10'000;
+
+std::string minutes(double seconds) {
+  const auto whole = static_cast<long>(std::ceil(std::min(seconds, 1e6)));
+  char text[32];
+  std::snprintf(text, sizeof text, "%ld:%02ld", whole / 60, whole % 60);
+  return text;
+}
+
+} // namespace
+
+ExitCode exit_code_of(ErrorCode code) {
+  switch (code) {
+  case ErrorCode::kBadArgument: return kExitUsage;
+  case ErrorCode::kBadInput: return kExitBadInput;
+  case ErrorCode::kCorruptFile: return kExitCorruptFile;
+  case ErrorCode::kLimit: return kExitLimit;
+  case ErrorCode::kIo: return kExitIo;
+  case ErrorCode::kCancelled: return kExitInterrupted;
+  }
+  return kExitInternal;
+}
+
+void catch_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = note_interrupt;
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    // Who started us may have asked for the signal to be ignored (nohup, a shell's background job): leave it so.
+    struct sigaction before {};
+    if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
+}
+
+bool interrupted() {
+  return interrupt_flag.load(std::memory_order_relaxed);
+}
+
+void stop_if_interrupted() {
+  if (interrupted()) throw Error(ErrorCode::kCancelled, "interrupted");
+}
+
+ProgressLine::ProgressLine(bool quiet) {
+  const char* const terminal = std::getenv("TERM");
+  enabled_ = !quiet && isatty(STDERR_FILENO) == 1 && terminal != nullptr && std::string_view(terminal) != "dumb";
+}
+
+ProgressCallback ProgressLine::callback() {
+  return [this](const Progress& progress) {
+    show(progress);
+    return !interrupted();
+  };
+}
+
+void ProgressLine::stage(std::string_view stage) {
+  stop_if_interrupted();
+  last_shown_ = {};
+  show({stage, 0, 0});
+}
+
+double ProgressLine::rate(const Sample& now) {
+  if (now.done < recent_.done) before_ = recent_ = now;
+  if (now.time - recent_.time >= kRateOver) before_ = std::exchange(recent_, now);
+  const double seconds = std::chrono::duration<double>(now.time - before_.time).count();
+  return seconds < kLeastRateSeconds ? 0 : static_cast<double>(now.done - before_.done) / seconds;
+}
+
+void ProgressLine::show(const Progress& progress) {
+  if (!enabled_) return;
+  const auto now = Clock::now();
+  if (progress.stage != stage_) {
+    stage_ = progress.stage;
+    before_ = recent_ = {now, progress.done};
+  } else if (now - last_shown_ < kRewriteEvery) {
+    return;
+  }
+  last_shown_ = now;
+
+  std::string line = stage_;
+  if (progress.total > 0) {
+    const std::uint64_t done = std::min(progress.done, progress.total);
+    char share[16];
+    std::snprintf(share, sizeof share, " %3.0f%%",
+                  100 * static_cast<double>(done) / static_cast<double>(progress.total));
+    line += share;
+    if (const double per_second = rate({now, done}); per_second > 0) {
+      if (progress.total >= kLeastCounted) line += "  " + grouped(static_cast<std::uint64_t>(per_second)) + "/s";
+      line += "  " + minutes(static_cast<double>(progress.total - done) / per_second) + " left";
+    }
+  }
+  std::fprintf(stderr, "\r%s\x1b[K", line.c_str());
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+void ProgressLine::erase() {
+  if (!shown_) return;
+  std::fputs("\r\x1b[K", stderr);
+  std::fflush(stderr);
+  shown_ = false;
+}
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+std::string grouped(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  for (std::ptrdiff_t at = static_cast<std::ptrdiff_t>(text.size()) - 3; at > 0; at -= 3) {
+    text.insert(static_cast<std::size_t>(at), 1, ',');
+  }
+  return text;
+}
+
+std::string counted(std::uint64_t number, std::string_view noun) {
+  std::string text = grouped(number) + " ";
+  if (number != 1 && noun == "vertex") return text + "vertices";
+  return text + std::string(noun) + (number == 1 ? "" : "s");
+}
+
+std::string brief(double number, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, number);
+  return text;
+}
+
+std::string percent(double part, double whole) {
+  return whole > 0 && std::isfinite(part / whole) ? brief(100 * part / whole, 3) + "%" : std::string{};
+}
+
+std::string to_text(const Point& point) {
+  return "(" + brief(point[0], 6) + ", " + brief(point[1], 6) + ", " + brief(point[2], 6) + ")";
+}
+
+void print(const Json& json) {
+  std::cout << json.dump(2, ' ', false, nlohmann::detail::error_handler_t::replace) << '\n';
+}
+
+} // namespace ptet::cli

@@ -1,0 +1,86 @@
+// The program's side of the conversation: exit codes, progress, interrupts, numbers as people read them, JSON.
+#pragma once
+
+#include "ptet/dataset.hpp"
+#include "ptet/error.hpp"
+#include "ptet/progress.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+namespace ptet::cli {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+/// The exit codes, as `ptet --help` documents them.
+enum ExitCode : int {
+  kExitOk = 0,
+  kExitInternal = 1,
+  kExitUsage = 2,
+  kExitBadInput = 3,
+  kExitCorruptFile = 4,
+  kExitLimit = 5,
+  kExitIo = 6,
+  kExitInterrupted = 130,
+};
+[[nodiscard]] ExitCode exit_code_of(ErrorCode code);
+
+/// From here on SIGINT and SIGTERM set a flag that progress callbacks look at; a second one of the same kind kills.
+void catch_interrupts();
+[[nodiscard]] bool interrupted();
+/// Throws Error(kCancelled) after an interrupt.
+void stop_if_interrupted();
+
+/// One line on a terminal, rewritten in place with stage, share done, rate and remaining time; erased at the end.
+/// Silent where standard error is no terminal.
+class ProgressLine {
+public:
+  explicit ProgressLine(bool quiet = false);
+  ~ProgressLine() { erase(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  /// For the library: shows the progress, and is false after an interrupt. Must not outlive this object.
+  [[nodiscard]] ProgressCallback callback();
+  /// Says what is being done when the library cannot report on it.
+  void stage(std::string_view stage);
+  void erase();
+
+private:
+  struct Sample {
+    Clock::time_point time;
+    std::uint64_t done = 0;
+  };
+  void show(const Progress& progress);
+  /// Things done per second lately; 0 while nothing can be said.
+  [[nodiscard]] double rate(const Sample& now);
+
+  bool enabled_;
+  bool shown_ = false;
+  std::string stage_;
+  Sample before_, recent_; ///< the rate is since `before_`, which follows at a distance: work may slow down
+  Clock::time_point last_shown_;
+};
+
+[[nodiscard]] double seconds_since(Clock::time_point begin);
+
+/// 1234567 as "1,234,567".
+[[nodiscard]] std::string grouped(std::uint64_t number);
+/// "1 tet", "2,000 tets"
+[[nodiscard]] std::string counted(std::uint64_t number, std::string_view noun);
+/// `digits` significant digits.
+[[nodiscard]] std::string brief(double number, int digits = 4);
+/// part / whole as "12.3%"; empty when there is no whole.
+[[nodiscard]] std::string percent(double part, double whole);
+[[nodiscard]] std::string to_text(const Point& point);
+
+/// One object on standard output. Text that is not UTF-8 is replaced, numbers that are not finite become null.
+void print(const Json& json);
+
+} // namespace ptet::cli

@@ -1,0 +1,60 @@
+#include "files.hpp"
+
+#include "formats/ptet/layout.hpp"
+#include "ptet/error.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include <unistd.h>
+
+namespace ptet::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void cannot(const char* verb, const std::string& path, const std::string& why) {
+  throw Error(ErrorCode::kIo, std::string("cannot ") + verb + " '" + path + "': " + why);
+}
+
+} // namespace
+
+bool is_ptet_file(const std::string& path) {
+  std::error_code status;
+  if (fs::is_directory(path, status)) cannot("read", path, "it is a folder");
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) cannot("read", path, std::strerror(errno));
+  std::array<char, file::kMagic.size()> begin{};
+  file.read(begin.data(), begin.size());
+  return file.gcount() == static_cast<std::streamsize>(begin.size()) &&
+         std::memcmp(begin.data(), file::kMagic.data(), begin.size()) == 0;
+}
+
+std::uint64_t size_of_file(const std::string& path) {
+  std::error_code status;
+  const auto size = fs::file_size(path, status);
+  return status ? 0 : size;
+}
+
+std::string checked_output(const std::string& path, const std::string& input) {
+  if (path.empty()) throw Error(ErrorCode::kBadArgument, "-o: the name is empty");
+  std::error_code status;
+  const fs::path target = fs::is_symlink(path, status) ? fs::weakly_canonical(path, status) : fs::path(path);
+  const fs::file_status found = fs::status(target, status);
+  if (fs::is_directory(found)) cannot("write", path, "it is a folder");
+  if (fs::exists(found) && !fs::is_regular_file(found)) cannot("write", path, "it is not a regular file");
+  if (fs::equivalent(target, input, status)) {
+    throw Error(ErrorCode::kBadArgument, "-o '" + path + "': this is the input file; give the output another name");
+  }
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, status)) cannot("write", path, "there is no folder '" + folder.string() + "'");
+  if (access(folder.c_str(), W_OK | X_OK) != 0) cannot("write", path, std::strerror(errno));
+  return target.string();
+}
+
+} // namespace ptet::cli

@@ -1,0 +1,35 @@
+// Looks at paths before the work starts, so that what is bound to fail fails at once and nothing is replaced by
+// mistake.
+#pragma once
+
+#include "ptet/error.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace ptet::cli {
+
+/// Whether the file begins with the magic of a .ptet file, whatever its name.
+/// Throws Error(kIo) with the system's reason when it cannot be opened or is a folder.
+[[nodiscard]] bool is_ptet_file(const std::string& path);
+
+/// 0 when the size cannot be had.
+[[nodiscard]] std::uint64_t size_of_file(const std::string& path);
+
+/// Where to write when the user asked for `path`: links are followed, for writers replace what stands under the name.
+/// Throws Error: kIo when there is something other than a file, or the folder is missing or not writable; kBadArgument
+/// when it is the file `input`.
+[[nodiscard]] std::string checked_output(const std::string& path, const std::string& input);
+
+/// Calls `f` for the .ptet file `path`, and puts the path before what it says when the file is corrupt.
+template <class F>
+decltype(auto) about_file(const std::string& path, F&& f) {
+  try {
+    return f();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorruptFile) throw;
+    throw Error(error.code(), "'" + path + "': " + error.what());
+  }
+}
+
+} // namespace ptet::cli

@@ -1,0 +1,277 @@
+// ptet info: what a mesh is and what a build would make of it, or what a .ptet file holds.
+#include "arguments.hpp"
+#include "blocks.hpp"
+#include "commands.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "formats/ptet/reader.hpp"
+#include "formats/vtk/read.hpp"
+#include "ptet/dataset.hpp"
+#include "ptet/validate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <memory>
+#include <numeric>
+
+namespace ptet::cli {
+namespace {
+
+struct Arguments {
+  std::string input;
+  bool levels = false;
+  bool json = false;
+};
+
+const char* name_of(Severity severity) {
+  switch (severity) {
+  case Severity::kNote: return "note";
+  case Severity::kWarning: return "warning";
+  case Severity::kError: return "error";
+  }
+  return "";
+}
+
+/// "float32", "float64 x 3"
+std::string type_text(ScalarType type, std::uint32_t components) {
+  return std::string(ptet::name_of(type)) + (components == 1 ? "" : " x " + std::to_string(components));
+}
+
+// Meshes.
+
+void print_json(const std::string& path, const ReadReport& read, const TetMesh& mesh, const MeshReport& report) {
+  Json fields = Json::array();
+  for (const FieldSummary& field : report.fields) {
+    fields.push_back({{"name", field.name},
+                      {"type", ptet::name_of(field.type)},
+                      {"components", field.components},
+                      {"min", field.min},
+                      {"max", field.max}});
+  }
+  Json findings = Json::array();
+  for (const Finding& finding : report.findings) {
+    findings.push_back({{"code", finding.code},
+                        {"severity", name_of(finding.severity)},
+                        {"count", finding.count},
+                        {"message", finding.message},
+                        {"first_ids", finding.first_ids}});
+  }
+  Json json;
+  json["kind"] = "mesh";
+  json["path"] = path;
+  json["format"] = read.format;
+  json["file_bytes"] = size_of_file(path);
+  json["notes"] = read.notes;
+  json["vertices"] = report.vertices;
+  json["tets"] = report.tets;
+  json["position_type"] = ptet::name_of(mesh.positions.type);
+  json["boundary_faces"] = report.boundary_faces;
+  json["boundary_vertices"] = report.boundary_vertices;
+  json["components"] = report.components;
+  json["boundary_components"] = report.boundary_components;
+  json["euler_characteristic"] = report.euler_characteristic;
+  json["boundary_euler_characteristic"] = report.boundary_euler_characteristic;
+  json["volume"] = report.volume;
+  json["boundary_area"] = report.boundary_area;
+  json["box"] = {{"min", report.box_min}, {"max", report.box_max}};
+  json["diagonal"] = report.diagonal();
+  json["fields"] = fields;
+  json["findings"] = findings;
+  json["buildable"] = report.first_error() == nullptr;
+  print(json);
+}
+
+void print_text(const std::string& path, const ReadReport& read, const TetMesh& mesh, const MeshReport& report) {
+  std::ostream& out = std::cout;
+  out << path << ": " << read.format << ", " << counted(size_of_file(path), "byte") << '\n';
+  out << "  mesh      " << counted(report.vertices, "vertex") << " (" << type_text(mesh.positions.type, 1) << "), "
+      << counted(report.tets, "tet") << ", " << counted(report.components, "component") << ", Euler characteristic "
+      << report.euler_characteristic << '\n';
+  out << "  boundary  " << counted(report.boundary_vertices, "vertex") << ", " << counted(report.boundary_faces, "face")
+      << ", " << counted(report.boundary_components, "component") << ", Euler characteristic "
+      << report.boundary_euler_characteristic << '\n';
+  out << "  box       " << to_text(report.box_min) << " to " << to_text(report.box_max) << ", diagonal "
+      << brief(report.diagonal(), 6) << '\n';
+  out << "  volume    " << brief(report.volume, 6) << ", boundary area " << brief(report.boundary_area, 6) << '\n';
+  for (const FieldSummary& field : report.fields) {
+    out << "  field     " << field.name << ": " << type_text(field.type, field.components)
+        << (field.components == 1 ? ", from " : ", length from ") << brief(field.min, 6) << " to "
+        << brief(field.max, 6) << '\n';
+  }
+  for (const std::string& note : read.notes)
+    out << "  note      " << note << '\n';
+  for (const Finding& finding : report.findings) {
+    std::string label = name_of(finding.severity);
+    label.resize(10, ' ');
+    out << "  " << label << finding.message << '\n';
+  }
+  out << "  verdict   " << (report.first_error() == nullptr ? "can be built from" : "cannot be built from") << '\n';
+}
+
+void run_mesh(const Arguments& arguments) {
+  if (arguments.levels) {
+    throw Error(ErrorCode::kBadArgument, "--levels: '" + arguments.input + "' is not a .ptet file, it has one level");
+  }
+  ProgressLine progress;
+  progress.stage("reading");
+  ReadReport read;
+  const TetMesh mesh = read_mesh(arguments.input, &read, progress.callback());
+  progress.stage("examining");
+  const MeshReport report = validate(mesh, progress.callback());
+  progress.erase();
+  arguments.json ? print_json(arguments.input, read, mesh, report) : print_text(arguments.input, read, mesh, report);
+}
+
+// .ptet files.
+
+/// What a cut with every field error and the domain error within `fraction` of their scales has.
+struct Level {
+  double fraction = 0;
+  std::uint64_t vertices = 0;
+  std::uint64_t tets = 0;
+};
+
+std::vector<Level> levels_of(const std::string& path) {
+  file::Reader reader(file::open_file(path));
+  file::Content content = reader.read_base();
+  std::vector<std::uint32_t> blocks(reader.blocks().size());
+  std::iota(blocks.begin(), blocks.end(), 0U);
+  reader.load(blocks, content);
+
+  std::vector<Level> levels;
+  for (const double fraction : {0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001, 0.0}) {
+    Level level{fraction, content.refinement.base_vertex_count(), content.refinement.base_tet_count()};
+    const std::size_t columns = content.errors_per_record;
+    for (std::uint32_t r = 0; r < content.refinement.record_count(); ++r) {
+      const auto* const row = content.monotone.data() + r * columns;
+      // A code times a scale of 1 is the error as a fraction of the scale.
+      const bool applied =
+          std::any_of(row, row + columns, [&](ErrorCode16 code) { return decode_error(code, 1.0) > fraction; });
+      if (!applied) continue;
+      ++level.vertices;
+      level.tets += content.refinement.added_tet_count(RecordId{r});
+    }
+    levels.push_back(level);
+  }
+  return levels;
+}
+
+void print_json(const std::string& path, const DatasetInfo& info, const std::vector<Level>& levels) {
+  Json fields = Json::array();
+  std::size_t column = 0;
+  for (const FieldInfo& field : info.fields) {
+    Json row = {{"name", field.name},
+                {"type", ptet::name_of(field.type)},
+                {"components", field.components},
+                {"governing", field.governing}};
+    if (field.governing) {
+      row["range"] = field.range;
+      row["max_error"] = info.max_field_error[column++];
+    }
+    fields.push_back(row);
+  }
+  Json json;
+  json["kind"] = "ptet";
+  json["path"] = path;
+  json["file_bytes"] = info.file_bytes;
+  json["vertices"] = info.vertices;
+  json["tets"] = info.tets;
+  json["position_type"] = ptet::name_of(info.position_type);
+  json["base"] = {{"vertices", info.base_vertices}, {"tets", info.base_tets}};
+  json["records"] = info.records;
+  json["blocks"] = info.blocks;
+  json["box"] = {{"min", info.box_min}, {"max", info.box_max}};
+  json["diagonal"] = info.diagonal;
+  json["fields"] = fields;
+  json["max_domain_error"] = info.max_domain_error;
+  json["manifest"] = Json::parse(info.provenance_json);
+  for (const Level& level : levels) {
+    json["levels"].push_back({{"error", level.fraction}, {"vertices", level.vertices}, {"tets", level.tets}});
+  }
+  print(json);
+}
+
+void print_manifest(const Json& manifest, std::ostream& out) {
+  for (const auto& [key, value] : manifest.items()) {
+    if (value.is_structured()) {
+      for (const auto& [name, entry] : value.items()) {
+        out << "  " << key << "  " << (value.is_object() ? name + ": " : "")
+            << (entry.is_string() ? entry.get<std::string>() : entry.dump()) << '\n';
+      }
+    } else {
+      out << "  " << key << "  " << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
+    }
+  }
+}
+
+void print_text(const std::string& path, const DatasetInfo& info, const std::vector<Level>& levels) {
+  std::ostream& out = std::cout;
+  out << path << ": .ptet, " << counted(info.file_bytes, "byte") << ", "
+      << brief(static_cast<double>(info.file_bytes) / static_cast<double>(std::max<std::uint64_t>(1, info.vertices)), 3)
+      << " a vertex\n";
+  out << "  original  " << counted(info.vertices, "vertex") << " (" << type_text(info.position_type, 1) << "), "
+      << counted(info.tets, "tet") << '\n';
+  out << "  base      " << counted(info.base_vertices, "vertex") << ", " << counted(info.base_tets, "tet") << '\n';
+  out << "  records   " << grouped(info.records) << " in " << counted(info.blocks, "block") << '\n';
+  out << "  box       " << to_text(info.box_min) << " to " << to_text(info.box_max) << ", diagonal "
+      << brief(info.diagonal, 6) << '\n';
+  std::size_t column = 0;
+  for (const FieldInfo& field : info.fields) {
+    out << "  field     " << field.name << ": " << type_text(field.type, field.components);
+    if (field.governing) {
+      const double error = info.max_field_error[column++];
+      out << ", range " << brief(field.range, 6) << ", error up to " << brief(error);
+      if (field.range > 0) out << " (" << percent(error, field.range) << ")";
+    } else {
+      out << ", carried along";
+    }
+    out << '\n';
+  }
+  out << "  domain    error up to " << brief(info.max_domain_error);
+  if (info.diagonal > 0) out << " (" << percent(info.max_domain_error, info.diagonal) << " of the diagonal)";
+  out << '\n';
+  print_manifest(Json::parse(info.provenance_json), out);
+  for (const Level& level : levels) {
+    std::string label = brief(100 * level.fraction) + "%";
+    label.resize(10, ' ');
+    out << "  level     " << label << counted(level.vertices, "vertex") << ", " << counted(level.tets, "tet") << '\n';
+  }
+}
+
+void run_ptet(const Arguments& arguments) {
+  const DatasetInfo info = Dataset::open(arguments.input)->info();
+  const std::vector<Level> levels = arguments.levels ? levels_of(arguments.input) : std::vector<Level>{};
+  arguments.json ? print_json(arguments.input, info, levels) : print_text(arguments.input, info, levels);
+}
+
+constexpr const char* kExamples = R"(Examples:
+  ptet info fire.vtu
+  ptet info fire.vtu --json
+  ptet info fire.ptet --levels
+
+For a mesh: counts, topology, fields, and every finding with the ids of the first few cells or points: notes and
+warnings are handled by a build and said, errors stop it. The exit code is 0 when the mesh could be read, whatever was
+found in it. For a .ptet file (told by its contents or its name): what it holds, how large the errors of its levels
+are, and where it comes from.
+)";
+
+} // namespace
+
+void add_info(CLI::App& program) {
+  CLI::App* const command = program.add_subcommand("info", "Examine a mesh, or say what a .ptet file holds");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("FILE", arguments->input, "a mesh (.vtu, .pvtu, .vtk, Exodus) or a .ptet file")
+      ->required()
+      ->option_text(" ");
+  command->add_flag("--levels", arguments->levels,
+                    "size of the mesh with every error within 10%, ... 0%\n(reads all of the .ptet file)");
+  command->add_flag("--json", arguments->json, "the report as one JSON object");
+  command->footer(kExamples);
+  command->callback([arguments] {
+    const bool ptet = is_ptet_file(arguments->input) || ending_of(arguments->input) == ".ptet";
+    about_file(arguments->input, [&] { ptet ? run_ptet(*arguments) : run_mesh(*arguments); });
+  });
+}
+
+} // namespace ptet::cli

@@ -1,0 +1,148 @@
+// The program ptet: parses, runs one command, and turns what goes wrong into one line and an exit code.
+#include "arguments.hpp"
+#include "commands.hpp"
+#include "console.hpp"
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <iostream>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace ptet::cli {
+namespace {
+
+constexpr const char* kFooter = R"(Examples:
+  ptet info fire.vtu
+  ptet build fire.vtu -o fire.ptet
+  ptet extract fire.ptet --field-error 1% -o coarse.vtu
+  ptet verify fire.ptet --original fire.vtu
+  ptet help extract
+
+Exit codes: 0 done; 2 usage; 3 bad input (mesh or field); 4 corrupt file, or verify found something wrong; 5 a limit,
+such as memory; 6 reading or writing failed; 130 interrupted, with nothing left behind (a second Ctrl-C kills at once);
+1 an error inside ptet itself. Errors are one line on standard error; then standard output holds no report, except for
+what verify found.
+)";
+
+/// A file that is opened must never take the number of a standard stream that is closed.
+void hold_standard_streams() {
+  for (int stream = 0; stream <= 2; ++stream) {
+    if (fcntl(stream, F_GETFD) == -1 && errno == EBADF && open("/dev/null", O_RDONLY) != stream) _exit(kExitIo);
+  }
+}
+
+int fail(ExitCode code, const std::string& message) {
+  std::cerr << "ptet: error: " << message << '\n';
+  return code;
+}
+
+/// Throws Error(kBadArgument), with the names there are.
+const CLI::App& command_named(const CLI::App& program, const std::string& name) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == name) return *command;
+    names.push_back(command->get_name());
+  }
+  throw Error(ErrorCode::kBadArgument, "there is no command '" + name + "'; there are " + quoted_list(names));
+}
+
+/// The help of one command, or with no name of the program.
+std::string help_of(const CLI::App& program, const std::string& command) {
+  if (!command.empty()) return command_named(program, command).help(program.get_name());
+  return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
+}
+
+void add_commands(CLI::App& program) {
+  program.description("ptet " PTET_VERSION ": level of detail for tetrahedral meshes, with true errors");
+  program.set_version_flag("--version", "ptet " PTET_VERSION, "the version");
+  program.set_help_flag("-h,--help", "this help");
+  program.require_subcommand(0, 1);
+  program.get_formatter()->label("SUBCOMMAND", "COMMAND");
+  program.get_formatter()->column_width(34);
+  program.footer(kFooter);
+  add_build(program);
+  add_extract(program);
+  add_info(program);
+  add_verify(program);
+  add_dump(program);
+  CLI::App* const help = program.add_subcommand("help", "Explain a command");
+  const auto name = std::make_shared<std::string>();
+  help->add_option("COMMAND", *name, "the command")->option_text(" ");
+  for (CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+    command->group("Commands");
+  help->callback([&program, name] { std::cout << help_of(program, *name); });
+}
+
+/// CLI11's message in our words.
+std::string explain(const CLI::ParseError& error) {
+  std::string what = error.what();
+  if (error.get_name() == "ArgumentMismatch") {
+    const bool missing = what.ends_with("missing");
+    return what.substr(0, what.find(':')) + (missing ? ": its value is missing" : ": given more than once");
+  }
+  if (what.starts_with("The ")) what.front() = 't';
+  return what;
+}
+
+/// Runs what was asked; says what the user typed wrong.
+int run(CLI::App& program, int argc, char** argv) {
+  if (argc > 1 && argv[1][0] != '-') (void)command_named(program, argv[1]);
+  try {
+    program.parse(argc, argv);
+    if (program.get_subcommands().empty()) {
+      std::cerr << help_of(program, {});
+      return kExitUsage;
+    }
+  } catch (const CLI::CallForHelp&) {
+    std::cout << program.help();
+  } catch (const CLI::CallForVersion& version) {
+    std::cout << version.what() << '\n';
+  } catch (const CLI::ParseError& error) {
+    const auto commands = program.get_subcommands();
+    const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
+    return fail(kExitUsage, explain(error) + "; 'ptet" + command + " --help' explains the usage");
+  }
+  errno = 0;
+  if (!std::cout.flush()) {
+    const std::string why = errno == 0 ? "" : std::string(": ") + std::strerror(errno);
+    return fail(kExitIo, "cannot write to standard output" + why);
+  }
+  return kExitOk;
+}
+
+int guarded_run(CLI::App& program, int argc, char** argv) {
+  try {
+    return run(program, argc, argv);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled) {
+      std::cerr << "ptet: interrupted; nothing was written\n";
+      return kExitInterrupted;
+    }
+    return fail(exit_code_of(error.code()), error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kExitLimit, "there is not enough memory for this");
+  } catch (const std::exception& error) {
+    return fail(kExitInternal, std::string("this is a fault of ptet: ") + error.what());
+  }
+}
+
+} // namespace
+} // namespace ptet::cli
+
+int main(int argc, char** argv) {
+  using namespace ptet::cli;
+  hold_standard_streams();
+  catch_interrupts();
+  // A reader that has gone, such as head, had what it wanted: end quietly, also when the parent ignores the signal.
+  std::signal(SIGPIPE, SIG_DFL);
+  std::ios::sync_with_stdio(false);
+  CLI::App program("", "ptet");
+  add_commands(program);
+  return guarded_run(program, argc, argv);
+}

@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Installs what the tests need, builds everything (Release, in build/) and runs every test.
+#
+#   tools/test.sh [CTEST-ARGUMENT...]        for instance: tools/test.sh -R unit
+#
+# The tests on real meshes look for them in PTET_DATA, by default ../shared/data beside the clone; where there are none
+# they say so and are skipped.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+tools/install-dependencies.sh --tests
+
+launcher=()
+if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+CMAKE_GENERATOR=${CMAKE_GENERATOR:-Ninja} cmake -S . -B build -DCMAKE_BUILD_TYPE=Release -DPTET_BUILD_TESTS=ON \
+  "${launcher[@]}"
+cmake --build build --parallel "$(nproc)"
+ctest --test-dir build --output-on-failure --parallel "$(nproc)" "$@"
