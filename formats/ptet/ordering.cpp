@@ -1,5 +1,7 @@
 #include "formats/ptet/ordering.hpp"
 
+#include "record/error_code.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -7,6 +9,9 @@
 
 namespace ptet::file {
 namespace {
+
+/// A cut reads up to so many times the records it needs; finer levels would spread a focus over more blocks.
+constexpr double kLevelGrowth = 1.5;
 
 /// Every third bit of the result is one of the 21 bits of `x`.
 std::uint64_t spread(std::uint64_t x) {
@@ -73,19 +78,45 @@ std::vector<std::uint32_t> generations_of(const RecordStream& records, const std
   return generation;
 }
 
-/// The ends of the levels in stream order, coarsest first: each level ends with the round at which the number of
-/// vertices has doubled.
-std::vector<std::size_t> level_ends(const RecordStream& records, std::size_t base_vertices) {
-  std::vector<std::size_t> ends;
-  std::size_t limit = std::max<std::size_t>(2 * base_vertices, 2);
-  for (std::size_t i = records.size(); i-- > 0;) {
-    const std::size_t vertices = base_vertices + records.size() - i;
-    const bool round_ends = i == 0 || records.round[i - 1] != records.round[i];
-    if (i == 0 || (round_ends && vertices >= limit)) {
-      ends.push_back(i);
-      while (limit <= vertices)
-        limit *= 2;
+/// The largest error code of each record, and of all that depend on it: the size of error at which it is needed.
+std::vector<ErrorCode16> needed_at(const RecordStream& records, const std::vector<std::uint32_t>& consumers) {
+  const std::size_t fields = records.fields.size();
+  std::vector<ErrorCode16> code(records.size());
+  const auto raise = [&](std::size_t record, double error, double scale) {
+    if (error > 0 && scale > 0) code[record] = std::max(code[record], encode_error(error, scale));
+  };
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (std::size_t f = 0; f < fields; ++f)
+      raise(i, records.field_error[i * fields + f], records.fields[f].range);
+    raise(i, records.domain_error[i], records.diagonal);
+    const std::uint32_t first = records.coarse_begin[i].index();
+    for (std::uint32_t t = first; t < first + records.modified_count[i]; ++t) {
+      if (consumers[t] != RecordId::kNone) code[consumers[t]] = std::max(code[consumers[t]], code[i]);
     }
+  }
+  return code;
+}
+
+/// Records by the error at which they are needed, largest first; then coarse before fine.
+std::vector<std::uint32_t> by_error(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+                                    const std::vector<std::uint32_t>& generation) {
+  const auto code = needed_at(records, consumers);
+  std::vector<std::uint32_t> order(records.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tuple(code[b], generation[a], a) < std::tuple(code[a], generation[b], b);
+  });
+  return order;
+}
+
+/// Where the levels end in that order: each has kLevelGrowth times the vertices of the one before.
+std::vector<std::size_t> level_ends(std::size_t record_count, std::size_t base_vertices) {
+  std::vector<std::size_t> ends;
+  double limit = static_cast<double>(std::max<std::size_t>(base_vertices, 2));
+  while (ends.empty() || ends.back() < record_count) {
+    limit *= kLevelGrowth;
+    const auto end = static_cast<std::size_t>(limit) - std::min(base_vertices, static_cast<std::size_t>(limit));
+    ends.push_back(std::min(end, record_count));
   }
   return ends;
 }
@@ -109,10 +140,11 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std
   const auto generation = generations_of(records, consumers);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
 
-  std::size_t end = records.size();
-  for (const std::size_t begin : level_ends(records, order.base_vertex_count)) {
-    std::vector<std::uint32_t> level(end - begin);
-    std::iota(level.begin(), level.end(), static_cast<std::uint32_t>(begin));
+  const auto coarse_to_fine = by_error(records, consumers, generation);
+  std::size_t begin = 0;
+  for (const std::size_t end : level_ends(records.size(), order.base_vertex_count)) {
+    std::vector<std::uint32_t> level(coarse_to_fine.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     coarse_to_fine.begin() + static_cast<std::ptrdiff_t>(end));
     std::sort(level.begin(), level.end(),
               [&](std::uint32_t a, std::uint32_t b) { return std::pair(code_of(a), a) < std::pair(code_of(b), b); });
     // Blocks of one level differ by one record at most.
@@ -127,7 +159,7 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std
           {static_cast<std::uint32_t>(order.stream_record.size()), static_cast<std::uint32_t>(last - first)});
       order.stream_record.insert(order.stream_record.end(), first, last);
     }
-    end = begin;
+    begin = end;
   }
   for (const std::uint32_t record : order.stream_record) {
     order.mesh_vertex.push_back(records.removed[record]);

@@ -1,4 +1,4 @@
-// The order in which a file holds vertices and records: levels that halve the number of vertices, blocks of records
+// The order in which a file holds vertices and records: levels by the error at which they are needed, blocks of records
 // near one another within a level, the records of a block by generation and again by nearness. PTET.md, "Order".
 #pragma once
 
