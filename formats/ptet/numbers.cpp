@@ -47,7 +47,8 @@ T nearest_scalar(double value) {
   } else {
     constexpr auto kLeast = static_cast<double>(std::numeric_limits<T>::min());
     // 2^bits or 2^(bits-1), exactly: the least double that is too large.
-    constexpr double kBeyond = 2.0 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);
+    constexpr auto kHalf = static_cast<T>(std::numeric_limits<T>::max() / 2 + 1);
+    constexpr double kBeyond = 2.0 * static_cast<double>(kHalf);
     const double rounded = value < 0 ? value - 0.5 : value + 0.5;
     if (rounded >= kBeyond) return std::numeric_limits<T>::max();
     if (rounded <= kLeast) return std::numeric_limits<T>::min();

@@ -438,8 +438,8 @@ inline Point cross(const Point& a, const Point& b) {
 }
 
 /// How many of `steps` have not value < step * unit; without a branch on any.
-template <std::size_t kCount>
-std::uint32_t count_not_below(double value, double unit, const double (&steps)[kCount]) {
+template <std::size_t Count>
+std::uint32_t count_not_below(double value, double unit, const double (&steps)[Count]) {
   std::uint32_t count = 0;
   for (const double step : steps)
     count += value < step * unit ? 0 : 1;

@@ -31,6 +31,7 @@ std::vector<std::pair<std::string, std::string>> describe(const BuildOptions& op
   described.emplace_back("max-domain-error", text_of(options.max_domain_error));
   described.emplace_back("target-vertices", text_of(options.target_vertices));
   described.emplace_back("min-quality", text_of(options.min_quality));
+  described.emplace_back("evaluate", options.evaluation == Evaluation::kExact ? "exact" : "vertices");
   described.emplace_back("max-star", std::to_string(options.max_star));
   described.emplace_back("round-fraction", text_of(options.round_fraction));
   return described;

@@ -1,6 +1,7 @@
 #include "build/builder.hpp"
 
 #include "build/boundary_surface.hpp"
+#include "build/certify.hpp"
 #include "build/collapse_check.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/quadric_predictor.hpp"
@@ -15,6 +16,7 @@
 #include <compare>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -26,6 +28,8 @@
 namespace ptet::build {
 namespace {
 
+/// Stars are called into the cache so many vertices ahead.
+constexpr std::size_t kPrefetch = 3;
 constexpr unsigned kMostThreads = 1024;
 constexpr float kNoCandidate = std::numeric_limits<float>::infinity();
 /// A vertex all of whose half-edges were refused waits 1, 2, 4, ... rounds; at most 2 to this power.
@@ -79,6 +83,13 @@ std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedF
   return limits;
 }
 
+template <class F>
+double seconds_of(F&& f) {
+  const auto start = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 class Builder {
 public:
   Builder(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
@@ -98,22 +109,33 @@ public:
     const double target = options.target_vertices < 1
                               ? options.target_vertices * static_cast<double>(prepared.used_vertex_count)
                               : options.target_vertices;
+    const bool limited =
+        std::any_of(field_limit_.begin(), field_limit_.end(), [](double x) { return std::isfinite(x); });
+    if (limited && options.evaluation == Evaluation::kExact) {
+      exact_.emplace(prepared, fields_.view());
+      exact_workspace_.emplace(*exact_);
+    }
+    report.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] =
+        static_cast<std::uint64_t>(std::count_if(frozen_.begin(), frozen_.begin() + prepared.used_vertex_count,
+                                                 [](char frozen) { return frozen != 0; }));
     target_count_ = static_cast<std::uint32_t>(std::min<double>(std::ceil(target), alive_count_));
     for (Vertex v = 0; v < frozen_.size(); ++v)
       if (v < prepared.used_vertex_count && !frozen_[v]) movable_.push_back(v);
   }
 
   RecordStream run() {
-    const auto start = std::chrono::steady_clock::now();
     begin_stream();
     const int threads = options_.threads == 0 ? oneapi::tbb::info::default_concurrency()
                                               : static_cast<int>(std::min(options_.threads, kMostThreads));
     // More threads than cores are allowed, where they are asked for.
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(threads));
-    oneapi::tbb::task_arena(threads).execute([&] { collapse_all(); });
+    oneapi::tbb::task_arena arena(threads);
+    report_.collapse_seconds = seconds_of([&] { arena.execute([&] { collapse_all(); }); });
+    if (options_.evaluation == Evaluation::kExact)
+      report_.certify_seconds =
+          seconds_of([&] { arena.execute([&] { certify_field_errors(prepared_, fields_, stream_, progress_); }); });
     finish_report();
-    report_.collapse_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return std::move(stream_);
   }
 
@@ -177,9 +199,9 @@ private:
         continue;
       }
       const std::size_t before = stream_.size();
-      for (const Vertex v : picked) {
-        if (alive_count_ <= target_count_) break;
-        try_vertex(v);
+      for (std::size_t i = 0; i < picked.size() && alive_count_ > target_count_; ++i) {
+        if (i + kPrefetch < picked.size()) complex_.prefetch_star(picked[i + kPrefetch]);
+        try_vertex(picked[i]);
       }
       if (stream_.size() != before) {
         swept = false;
@@ -250,6 +272,7 @@ private:
     oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), 256), [&](const auto& range) {
       Marks& marks = marks_.local();
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        if (i + kPrefetch < range.end()) complex_.prefetch_star(work_[i + kPrefetch]);
         predict_vertex(work_[i], marks);
       }
     });
@@ -319,12 +342,27 @@ private:
     }
     if (check_.moves_boundary() && surface_.would_intersect(complex_, vs, vd, check_.modified(), check_.deleted()))
       return CollapseStatus::kSelfIntersection;
-    removed_.simulate(complex_, vs, vd, check_.deleted(), check_.modified());
+    removed_.simulate(complex_, vs, vd, check_.deleted(), check_.modified(), check_.moves_boundary());
     const auto errors = removed_.errors();
     for (std::size_t f = 0; f < errors.size(); ++f)
       if (errors[f] > field_limit_[f]) return CollapseStatus::kFieldError;
+    if (exact_ && !exact_errors_within_limits(vs, vd)) return CollapseStatus::kFieldError;
     commit(vs, vd, domain_error);
     return CollapseStatus::kAccepted;
+  }
+
+  [[nodiscard]] bool exact_errors_within_limits(Vertex vs, Vertex vd) {
+    std::vector<double> errors(field_limit_.size(), 0.0);
+    for (const SlotId s : check_.modified()) {
+      const Slot& slot = complex_.slot(s);
+      if (complex_.is_ghost(slot)) continue;
+      Tet tet = ids_of(slot);
+      std::replace(tet.begin(), tet.end(), VertexId{vs}, VertexId{vd});
+      exact_->measure(tet, *exact_workspace_, errors);
+      for (std::size_t f = 0; f < errors.size(); ++f)
+        if (certified(errors[f]) > field_limit_[f]) return false;
+    }
+    return true;
   }
 
   void commit(Vertex vs, Vertex vd, double domain_error) {
@@ -407,6 +445,8 @@ private:
   RemovedVertices removed_;
   QuadricPredictor predictor_;
   CollapseCheck check_;
+  std::optional<ExactFieldError> exact_; ///< where limits are to hold everywhere
+  std::optional<ExactFieldError::Workspace> exact_workspace_;
   std::vector<Candidate> candidates_;
   std::vector<char> dirty_;
   std::vector<std::uint32_t> touched_; ///< by vertex: the last round in which its star changed

@@ -10,7 +10,11 @@
 
 namespace ptet::build {
 
-/// Sets the field errors of every record to the exact maximum over its coarse versions and the domain.
+/// A measured error as a fraction of the range, with what rounding can hide of it.
+[[nodiscard]] double certified(double measured);
+
+/// Raises the field errors of every record to the exact maximum over the part of its coarse versions in the domain.
+/// What was seen at removed vertices that lie outside of the simplified domain stays in them.
 /// Runs in the caller's task arena. Throws Error(kCancelled).
 void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& fields, RecordStream& records,
                           const ProgressCallback& progress);

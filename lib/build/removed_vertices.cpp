@@ -19,7 +19,8 @@ constexpr double kRounding = 1e-13;
 
 RemovedVertices::RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal)
     : positions_(positions), fields_(fields), outside_distance_sq_(1e-20 * diagonal * diagonal),
-      next_(positions.size(), kNone), errors_(fields.field_count()) {}
+      next_(positions.size(), kNone), holder_(positions.size(), kNone), is_outside_(positions.size()),
+      errors_(fields.field_count()) {}
 
 double RemovedVertices::least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight) {
   const Vec3 d = p - cell.x[0];
@@ -70,7 +71,7 @@ void RemovedVertices::hold(Vertex point) {
   std::array<double, 4> weight{};
   for (std::uint32_t c = 0; c < cells_.size(); ++c) {
     if (cells_[c].flat || !(least_barycentric(cells_[c], p, weight) >= kInside)) continue;
-    held_.push_back({point, c});
+    held_.push_back({point, c, false});
     see_error(point, cells_[c], weight);
     return;
   }
@@ -82,14 +83,12 @@ void RemovedVertices::hold(Vertex point) {
     nearest = on;
     cell = c;
   }
-  held_.push_back({point, cell});
+  held_.push_back({point, cell, nearest.distance_sq > outside_distance_sq_});
   see_error(point, cells_[cell], nearest.weight);
-  if (nearest.distance_sq > outside_distance_sq_) newly_outside_.push_back(point);
 }
 
-void RemovedVertices::see_outside_points_now_covered() {
-  // A point left outside by one tet may come to lie inside another one whose boundary moves over it later. It stays
-  // held where it is, but its error belongs to this tet too, and to those that replace it.
+void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> deleted) {
+  // A point left outside, and held by a tet near by, may come to lie inside another one whose boundary moves over it.
   Point low = cells_[0].x[0];
   Point high = low;
   for (const Cell& cell : cells_)
@@ -100,18 +99,27 @@ void RemovedVertices::see_outside_points_now_covered() {
       }
   namespace bgi = boost::geometry::index;
   const boost::geometry::model::box<IndexPoint> box({low[0], low[1], low[2]}, {high[0], high[1], high[2]});
+  const auto is_held_here = [&](Vertex point) {
+    return std::any_of(cells_.begin(), cells_.end(), [&](const Cell& cell) { return cell.slot == holder_[point]; }) ||
+           std::find(deleted.begin(), deleted.end(), holder_[point]) != deleted.end();
+  };
   std::array<double, 4> weight{};
-  for (auto it = outside_.qbegin(bgi::intersects(box)); it != outside_.qend(); ++it)
-    for (const Cell& cell : cells_)
-      if (!cell.flat && least_barycentric(cell, positions_[it->second], weight) >= kInside)
-        see_error(it->second, cell, weight);
+  for (auto it = outside_.qbegin(bgi::intersects(box)); it != outside_.qend(); ++it) {
+    const Vertex point = it->second;
+    if (is_held_here(point)) continue;
+    for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+      if (cells_[c].flat || !(least_barycentric(cells_[c], positions_[point], weight) >= kInside)) continue;
+      held_.push_back({point, c, false});
+      see_error(point, cells_[c], weight);
+      break;
+    }
+  }
 }
 
 void RemovedVertices::simulate(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> deleted,
-                               std::span<const SlotId> modified) {
+                               std::span<const SlotId> modified, bool boundary_moves) {
   cells_.clear();
   held_.clear();
-  newly_outside_.clear();
   std::fill(errors_.begin(), errors_.end(), 0.0);
   for (const SlotId s : modified)
     add_cell(complex, s, vs, vd);
@@ -121,23 +129,41 @@ void RemovedVertices::simulate(const WorkingComplex& complex, Vertex vs, Vertex 
     for (const SlotId s : part)
       for (std::uint32_t point = complex.slot(s).first_point; point != kNone; point = next_[point])
         hold(point);
-  if (!outside_.empty()) see_outside_points_now_covered();
+  captured_begin_ = held_.size();
+  if (boundary_moves && !outside_.empty()) hold_outside_points_now_covered(deleted);
   for (double& error : errors_)
     if (error < kRounding) error = 0;
 }
 
+void RemovedVertices::let_go(WorkingComplex& complex, Vertex point) {
+  std::uint32_t* link = &complex.slot(holder_[point]).first_point;
+  while (*link != point)
+    link = &next_[*link];
+  *link = next_[point];
+}
+
 void RemovedVertices::commit(WorkingComplex& complex, std::span<const SlotId> deleted) {
+  for (std::size_t i = captured_begin_; i < held_.size(); ++i)
+    let_go(complex, held_[i].point);
   for (const SlotId s : deleted)
     complex.slot(s).first_point = kNone;
   for (const Cell& cell : cells_)
     complex.slot(cell.slot).first_point = kNone;
   for (const Held& held : held_) {
-    std::uint32_t& first = complex.slot(cells_[held.cell].slot).first_point;
+    const SlotId slot = cells_[held.cell].slot;
+    std::uint32_t& first = complex.slot(slot).first_point;
     next_[held.point] = first;
     first = held.point;
+    holder_[held.point] = slot;
+    if (held.outside == (is_outside_[held.point] != 0)) continue;
+    is_outside_[held.point] = held.outside ? 1 : 0;
+    const Point& p = positions_[held.point];
+    const std::pair<IndexPoint, Vertex> entry{IndexPoint(p[0], p[1], p[2]), held.point};
+    if (held.outside)
+      outside_.insert(entry);
+    else
+      outside_.remove(entry);
   }
-  for (const Vertex point : newly_outside_)
-    outside_.insert({IndexPoint(positions_[point][0], positions_[point][1], positions_[point][2]), point});
 }
 
 } // namespace ptet::build

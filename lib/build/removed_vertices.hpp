@@ -23,8 +23,9 @@ public:
   RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal);
 
   /// What the modified tets of vs -> vd would hold, and with which error. Ghosts in the lists are passed over.
+  /// `boundary_moves`: the collapse may cover points that lay outside before; only then can it.
   void simulate(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> deleted,
-                std::span<const SlotId> modified);
+                std::span<const SlotId> modified, bool boundary_moves);
   /// Largest error at any vertex of the last simulation, one per field, as fractions of the ranges.
   [[nodiscard]] std::span<const double> errors() const { return errors_; }
   /// The last simulation becomes true; to be called before the complex itself is changed.
@@ -44,24 +45,28 @@ private:
   struct Held {
     Vertex point;
     std::uint32_t cell;
+    bool outside;
   };
 
   [[nodiscard]] static double least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight);
   void add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd);
   void hold(Vertex point);
   void see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight);
-  void see_outside_points_now_covered();
+  void hold_outside_points_now_covered(std::span<const SlotId> deleted);
+  void let_go(WorkingComplex& complex, Vertex point);
 
   const std::vector<Point>& positions_;
   const NormalizedFields& fields_;
   double outside_distance_sq_;
   std::vector<std::uint32_t> next_; ///< by vertex: the next one that the same tet holds
-  OutsideIndex outside_;            ///< every vertex that ever was outside
+  std::vector<SlotId> holder_;      ///< by vertex: the tet that holds it
+  std::vector<char> is_outside_;    ///< by vertex
+  OutsideIndex outside_;            ///< the vertices that lie outside
 
   // The last simulation.
   std::vector<Cell> cells_;
   std::vector<Held> held_;
-  std::vector<Vertex> newly_outside_;
+  std::size_t captured_begin_ = 0; ///< from here on `held_` are points that tets elsewhere hold so far
   std::vector<double> errors_;
 };
 

@@ -66,9 +66,9 @@ struct ExactFieldError::Impl {
 };
 
 ExactFieldError::Workspace::Workspace(const ExactFieldError& original)
-    : vertices(original.impl_->prepared.used_vertex_count),
-      differences(original.impl_->prepared.used_vertex_count * original.impl_->channels.channels),
-      tet_stamp(original.impl_->prepared.mesh.tets.size()) {}
+    : vertices_(original.impl_->prepared.used_vertex_count),
+      differences_(original.impl_->prepared.used_vertex_count * original.impl_->channels.channels),
+      tet_stamp_(original.impl_->prepared.mesh.tets.size()) {}
 
 ExactFieldError::ExactFieldError(const PreparedMesh& prepared, ChannelView channels)
     : impl_(std::make_unique<Impl>(prepared, channels)) {}
@@ -86,7 +86,7 @@ public:
     for (std::uint32_t i = original_.star_begin[corner]; i != original_.star_begin[corner + 1]; ++i)
       enter(original_.star[i]);
     // Nothing of the domain in this corner of the version: it sticks out here.
-    if (w_.queue.empty()) met_boundary_ = true;
+    if (w_.queue_.empty()) met_boundary_ = true;
     walk();
     if (!met_boundary_) return;
     namespace bgi = boost::geometry::index;
@@ -104,8 +104,8 @@ public:
 
 private:
   /// A tet's stamp while it waits in the queue and after it has left it.
-  [[nodiscard]] std::uint32_t queued() const { return w_.stamp; }
-  [[nodiscard]] std::uint32_t done() const { return w_.stamp + 1; }
+  [[nodiscard]] std::uint32_t queued() const { return w_.stamp_; }
+  [[nodiscard]] std::uint32_t done() const { return w_.stamp_ + 1; }
 
   /// False for a flat version.
   bool begin() {
@@ -117,28 +117,28 @@ private:
     const double det = dot(e1, n1);
     if (!(det > 0) || !std::isfinite(1 / det)) return false;
     row_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
-    w_.queue.clear();
-    w_.stamp += 2;
-    if (w_.stamp < 2) { // the stamps have gone round
-      for (auto& vertex : w_.vertices)
+    w_.queue_.clear();
+    w_.stamp_ += 2;
+    if (w_.stamp_ < 2) { // the stamps have gone round
+      for (auto& vertex : w_.vertices_)
         vertex.stamp = 0;
-      std::fill(w_.tet_stamp.begin(), w_.tet_stamp.end(), 0);
-      w_.stamp = 2;
+      std::fill(w_.tet_stamp_.begin(), w_.tet_stamp_.end(), 0);
+      w_.stamp_ = 2;
     }
     return true;
   }
 
   const Workspace::Vertex& look_at(VertexId v) {
-    Workspace::Vertex& seen = w_.vertices[v.index()];
-    if (seen.stamp == w_.stamp) return seen;
-    seen.stamp = w_.stamp;
+    Workspace::Vertex& seen = w_.vertices_[v.index()];
+    if (seen.stamp == w_.stamp_) return seen;
+    seen.stamp = w_.stamp_;
     const Vec3 d = original_.point(v) - origin_;
     const double b1 = dot(row_[0], d);
     const double b2 = dot(row_[1], d);
     const double b3 = dot(row_[2], d);
     seen.barycentric = {1 - b1 - b2 - b3, b1, b2, b3};
     const double* const values = original_.channels.values.data();
-    double* const difference = &w_.differences[v.index() * channels_];
+    double* const difference = &w_.differences_[v.index() * channels_];
     for (std::size_t c = 0; c < channels_; ++c) {
       double interpolated = 0;
       for (std::size_t i = 0; i < 4; ++i)
@@ -159,30 +159,30 @@ private:
   }
 
   void enter(std::uint32_t t) {
-    if (w_.tet_stamp[t] >= queued()) return;
+    if (w_.tet_stamp_[t] >= queued()) return;
     const Tet& tet = original_.prepared.mesh.tets[t];
     if (apart<4>({&look_at(tet[0]), &look_at(tet[1]), &look_at(tet[2]), &look_at(tet[3])})) return;
-    w_.tet_stamp[t] = queued();
-    w_.queue.push_back(t);
+    w_.tet_stamp_[t] = queued();
+    w_.queue_.push_back(t);
   }
 
   void walk() {
-    for (; next_ < w_.queue.size(); ++next_) {
-      const std::uint32_t t = w_.queue[next_];
-      w_.tet_stamp[t] = done();
+    for (; next_ < w_.queue_.size(); ++next_) {
+      const std::uint32_t t = w_.queue_[next_];
+      w_.tet_stamp_[t] = done();
       for (HalfFace h = 4 * t; h < 4 * t + 4; ++h) {
         const std::uint32_t other = original_.faces.mate[h] / 4;
         const bool boundary = original_.faces.is_boundary(h);
-        if (!boundary && w_.tet_stamp[other] == done()) continue; // the face was seen from there
+        if (!boundary && w_.tet_stamp_[other] == done()) continue; // the face was seen from there
         const Face face = face_of(original_.prepared.mesh.tets, h);
         const std::array<const Workspace::Vertex*, 3> v{&look_at(face[0]), &look_at(face[1]), &look_at(face[2])};
         if (apart<3>(v)) continue;
         see_face(face, v);
         if (boundary)
           met_boundary_ = true;
-        else if (w_.tet_stamp[other] < queued()) {
-          w_.tet_stamp[other] = queued();
-          w_.queue.push_back(other);
+        else if (w_.tet_stamp_[other] < queued()) {
+          w_.tet_stamp_[other] = queued();
+          w_.queue_.push_back(other);
         }
       }
     }
@@ -193,25 +193,25 @@ private:
     // The difference is linear on the face: its norm is greatest at one of the three vertices.
     bool worth_clipping = false;
     for (const VertexId x : face)
-      worth_clipping |= passes(&w_.differences[x.index() * channels_], false);
+      worth_clipping |= passes(&w_.differences_[x.index() * channels_], false);
     if (!worth_clipping) return;
     // A row of the polygon: barycentric coordinates, then differences.
     const std::size_t row = 4 + channels_;
-    w_.polygon.resize(3 * row);
+    w_.polygon_.resize(3 * row);
     for (std::size_t i = 0; i < 3; ++i) {
-      std::copy(v[i]->barycentric.begin(), v[i]->barycentric.end(), &w_.polygon[i * row]);
-      std::copy_n(&w_.differences[face[i].index() * channels_], channels_, &w_.polygon[i * row + 4]);
+      std::copy(v[i]->barycentric.begin(), v[i]->barycentric.end(), &w_.polygon_[i * row]);
+      std::copy_n(&w_.differences_[face[i].index() * channels_], channels_, &w_.polygon_[i * row + 4]);
     }
-    for (std::size_t plane = 0; plane < 4 && !w_.polygon.empty(); ++plane)
+    for (std::size_t plane = 0; plane < 4 && !w_.polygon_.empty(); ++plane)
       clip(plane, row);
-    for (std::size_t i = 0; i < w_.polygon.size(); i += row)
-      passes(&w_.polygon[i + 4], true);
+    for (std::size_t i = 0; i < w_.polygon_.size(); i += row)
+      passes(&w_.polygon_[i + 4], true);
   }
 
   /// Keeps the part of the polygon where barycentric coordinate `plane` is not negative (Sutherland and Hodgman 1974).
   void clip(std::size_t plane, std::size_t row) {
-    auto& in = w_.polygon;
-    auto& out = w_.clipped;
+    auto& in = w_.polygon_;
+    auto& out = w_.clipped_;
     const std::size_t n = in.size() / row;
     bool all_inside = true;
     for (std::size_t i = 0; i < n; ++i)

@@ -50,12 +50,12 @@ public:
       std::array<double, 4> barycentric;
       std::uint32_t stamp = 0;
     };
-    std::vector<Vertex> vertices;
-    std::vector<double> differences; ///< vertex x channel
-    std::vector<std::uint32_t> tet_stamp;
-    std::vector<std::uint32_t> queue;
-    std::vector<double> polygon, clipped;
-    std::uint32_t stamp = 0;
+    std::vector<Vertex> vertices_;
+    std::vector<double> differences_; ///< vertex x channel
+    std::vector<std::uint32_t> tet_stamp_;
+    std::vector<std::uint32_t> queue_;
+    std::vector<double> polygon_, clipped_;
+    std::uint32_t stamp_ = 0;
   };
 
   /// Raises `errors` (one a field) to the largest errors over `version` and the domain, in the units of the values.

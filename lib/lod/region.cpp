@@ -110,13 +110,13 @@ bool meets(const FocusRegion& region, const Point& min, const Point& max) {
     return true;
   }
   const Sphere& sphere = std::get<Sphere>(region);
-  double distance_sq = 0, most = sphere.radius;
+  double distance = 0, most = sphere.radius;
   for (std::size_t i = 0; i < 3; ++i) {
     const double outside = std::max({min[i] - sphere.centre[i], sphere.centre[i] - max[i], 0.0});
-    distance_sq += outside * outside;
+    distance = std::hypot(distance, outside); // squares of large numbers would overflow
     most = std::max({most, std::fabs(sphere.centre[i]), std::fabs(min[i]), std::fabs(max[i])});
   }
-  return !(std::sqrt(distance_sq) > sphere.radius + kSlack * most);
+  return !(distance > sphere.radius + kSlack * most);
 }
 
 } // namespace ptet

@@ -15,6 +15,8 @@ namespace {
 constexpr std::size_t kListedIds = 8;
 /// Beyond this, sixth powers of lengths, which quadrics contain, overflow.
 constexpr double kLargestCoordinate = 1e50;
+/// Below this extent, sixth powers of lengths vanish.
+constexpr double kSmallestExtent = 1e-50;
 constexpr double kNearFlatShape = 1e-6;
 
 /// What a check has met: how often, and the first few ids.
@@ -121,6 +123,17 @@ private:
     return true;
   }
 
+  /// The longest side of the bounding box of all points.
+  [[nodiscard]] double extent() const {
+    double longest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto [low, high] = std::minmax_element(
+          out_.points.begin(), out_.points.end(), [axis](const Point& a, const Point& b) { return a[axis] < b[axis]; });
+      longest = std::max(longest, (*high)[axis] - (*low)[axis]);
+    }
+    return longest;
+  }
+
   void check_points() {
     unsound_point_.resize(out_.points.size());
     Tally infinite, large;
@@ -135,6 +148,10 @@ private:
       }
       unsound_point_[v] = 1;
     }
+    if (infinite.count() == 0 && large.count() == 0 && !mesh_.tets.empty() && !out_.points.empty() &&
+        extent() < kSmallestExtent)
+      report_defect("tiny-extent", "the mesh's extent is below 1e-50 along every axis: ptet cannot compute with it, "
+                                   "choose a smaller unit of length");
     report(infinite, "non-finite-positions", Severity::kError, "vertex whose position is not finite",
            "vertices whose positions are not finite", "ptet cannot build from this mesh");
     report(large, "huge-positions", Severity::kError, "vertex with a coordinate beyond 1e50",

@@ -1,4 +1,4 @@
-// Errors on disk: 16-bit codes on a logarithmic scale, always rounded up, so that a stated error is never too small.
+// Errors on disk: 16-bit codes on a logarithmic scale, always rounded up, so that coding never makes an error smaller.
 //
 //   code 0             exactly 0
 //   code c in 1..2047  scale * 2^((c - 1280) / 16)        16 codes an octave: a stated error is at most 4.5% above

@@ -253,3 +253,13 @@ TEST_CASE("validate can be cancelled at each stage", "[validate]") {
     }
   }
 }
+
+TEST_CASE("a mesh too small to compute with, and one without any extent") {
+  for (const double scale : {1e-60, 0.0}) {
+    const TetMesh mesh =
+        test::make_mesh({{0, 0, 0}, {scale, 0, 0}, {0, scale, 0}, {0, 0, scale}}, {{0, 1, 2, 3}}, ScalarType::kFloat64);
+    const MeshReport report = validate(mesh);
+    REQUIRE(report.first_error() != nullptr);
+    CHECK(report.first_error()->code == "tiny-extent");
+  }
+}

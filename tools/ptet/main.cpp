@@ -59,7 +59,7 @@ std::string help_of(const CLI::App& program, const std::string& command) {
 }
 
 void add_commands(CLI::App& program) {
-  program.description("ptet " PTET_VERSION ": level of detail for tetrahedral meshes, with true errors");
+  program.description("ptet " PTET_VERSION ": level of detail for tetrahedral meshes, with errors that are measured");
   program.set_version_flag("--version", "ptet " PTET_VERSION, "the version");
   program.set_help_flag("-h,--help", "this help");
   program.require_subcommand(0, 1);
@@ -141,6 +141,8 @@ int main(int argc, char** argv) {
   catch_interrupts();
   // A reader that has gone, such as head, had what it wanted: end quietly, also when the parent ignores the signal.
   std::signal(SIGPIPE, SIG_DFL);
+  // A file that grows beyond its limit is an error of writing like a full disk, not the end of the process.
+  std::signal(SIGXFSZ, SIG_IGN);
   std::ios::sync_with_stdio(false);
   CLI::App program("", "ptet");
   add_commands(program);

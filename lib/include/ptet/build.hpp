@@ -32,6 +32,12 @@ enum class CollapseStatus : std::uint8_t {
 inline constexpr std::size_t kCollapseStatusCount = 11;
 [[nodiscard]] std::string_view name_of(CollapseStatus status);
 
+/// Where the recorded field errors are measured.
+enum class Evaluation {
+  kVertices, ///< at removed vertices: fast; between them the true error may be larger
+  kExact,    ///< everywhere: the exact maximum over each tet and the domain, in a parallel pass after the collapses
+};
+
 struct BuildOptions {
   /// Names of the point arrays whose errors are measured, recorded and kept small; empty: every floating-point array,
   /// and if there is none every array. The other arrays are carried along, bit for bit.
@@ -46,6 +52,7 @@ struct BuildOptions {
   /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
   /// it is no worse than the worst of the star it comes from.
   double min_quality = 1e-3;
+  Evaluation evaluation = Evaluation::kExact;
   /// Cap on the number of tets and boundary faces around a vertex after a collapse.
   std::uint32_t max_star = 64;
   /// The best part of the candidates that a round may take; in (0, 1].
@@ -61,8 +68,9 @@ struct BuildReport {
   std::uint64_t base_tets = 0;
   std::uint64_t records = 0;
   std::uint32_t rounds = 0;
-  std::uint32_t depth = 0;                                     ///< longest chain of records that depend on one another
-  std::array<std::uint64_t, kCollapseStatusCount> collapses{}; ///< tries by CollapseStatus
+  std::uint32_t depth = 0; ///< longest chain of records that depend on one another
+  /// Tries by CollapseStatus; under kFrozenVertex the vertices that were never tried.
+  std::array<std::uint64_t, kCollapseStatusCount> collapses{};
   /// "target", or "no candidate left" with what stands against each half-edge that is left.
   std::string stopped_by;
   std::vector<std::pair<std::string, double>> field_error; ///< largest recorded, by field, absolute
@@ -70,6 +78,7 @@ struct BuildReport {
   std::vector<std::string> notes;                          ///< what was found in the input and done about it
   std::uint64_t file_bytes = 0;
   double collapse_seconds = 0; ///< wall time of the collapse loop, candidates and checks included
+  double certify_seconds = 0;  ///< wall time of the exact evaluation, 0 without it
   double total_seconds = 0;
 };
 

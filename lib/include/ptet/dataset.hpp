@@ -95,9 +95,12 @@ struct Extraction {
   std::vector<RecordId> made_by;
   /// Outward oriented boundary faces of `mesh`.
   std::vector<std::array<VertexId, 3>> boundary_faces;
-  /// Bounds, never too small, on the error of any tet of the mesh, one per governing field, in field units; and of any
-  /// boundary face. Where a tet's record is not read for this request, the largest error of its block counts.
+  /// Largest error of any tet of the mesh as the file states it, one per governing field, in field units. In a file
+  /// built with exact evaluation this is a bound: nowhere in the domain is the error larger, where the mesh covers it.
+  /// Where a tet's record is not read for this request, the largest error of its block counts.
   std::vector<double> field_error;
+  /// Likewise of any boundary face: the distance to it from the vertices and face centroids of the original boundary
+  /// that it stands for, mesh units. Sampled, and one way only: between the samples it may be larger.
   double domain_error = 0;
   LimitedBy limited_by = LimitedBy::kNothing;
   std::uint64_t bytes_read = 0; ///< from the file for this dataset so far, opening included
