@@ -4,7 +4,7 @@
 #include "ptet/error.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
-#include "unit/temp_folder.hpp"
+#include "support/temp_folder.hpp"
 
 #include <algorithm>
 #include <random>

@@ -1,7 +1,7 @@
 #include "formats/vtk/read.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
-#include "unit/temp_folder.hpp"
+#include "support/temp_folder.hpp"
 
 #include <algorithm>
 #include <map>

@@ -3,7 +3,7 @@
 #include "mesh/scalar_dispatch.hpp"
 #include "ptet/error.hpp"
 #include "support/meshes.hpp"
-#include "unit/temp_folder.hpp"
+#include "support/temp_folder.hpp"
 
 #include <csignal>
 #include <limits>
