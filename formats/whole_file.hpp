@@ -5,8 +5,9 @@
 #include "ptet/error.hpp"
 
 #include <cerrno>
-#include <cstdint>
+#include <cstddef>
 #include <cstring>
+#include <span>
 #include <string>
 
 #include <fcntl.h>
@@ -21,7 +22,7 @@ public:
   explicit WholeFile(const std::string& path) : path_(path) {
     struct stat status {};
     if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-      throw Error(ErrorCode::kIo, path + ": cannot write: " +
+      throw Error(ErrorCode::kIo, "cannot write " + path + ": " +
                                       (S_ISDIR(status.st_mode) ? "it is a folder" : "it is not a regular file"));
     for (int attempt = 0; descriptor_ < 0; ++attempt) {
       temporary_ = path + ".part" + std::to_string(::getpid()) + "x" + std::to_string(attempt);
@@ -40,20 +41,44 @@ public:
 
   [[nodiscard]] const std::string& temporary_path() const { return temporary_; }
 
-  /// Makes what was written under temporary_path() (through any descriptor) the file of the asked name.
+  /// Appends. Throws Error(kIo).
+  void write(std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail(errno);
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+  }
+
+  /// Makes what was written (under temporary_path() through any descriptor) the file of the asked name, and durable.
+  /// Throws Error(kIo); then the asked name is as it was.
   void commit() {
     if (::fsync(descriptor_) != 0) fail(errno);
     if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(errno);
     ::close(descriptor_);
     descriptor_ = -1;
+    sync_folder();
   }
 
   [[noreturn]] void fail(int error_number) const { fail(std::string(std::strerror(error_number))); }
   [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(ErrorCode::kIo, path_ + ": cannot write: " + reason);
+    throw Error(ErrorCode::kIo, "cannot write " + path_ + ": " + reason);
   }
 
 private:
+  /// The new name is there; that it lasts is asked of the folder, which some file systems cannot sync.
+  void sync_folder() const {
+    const auto slash = path_.rfind('/');
+    const std::string folder = slash == std::string::npos ? "." : slash == 0 ? "/" : path_.substr(0, slash);
+    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    const int result = ::fsync(descriptor);
+    const int reason = errno;
+    ::close(descriptor);
+    if (result != 0 && reason != EINVAL && reason != ENOTSUP) fail(reason);
+  }
+
   std::string path_;
   std::string temporary_;
   int descriptor_ = -1;

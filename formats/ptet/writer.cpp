@@ -1,9 +1,9 @@
 #include "formats/ptet/writer.hpp"
 
-#include "formats/ptet/atomic_file.hpp"
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/record_codec.hpp"
+#include "formats/whole_file.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -514,7 +514,7 @@ std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, 
 std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
                     const ProgressCallback& progress) {
   // The file is made first: that it cannot be written should not be learnt at the end of a long encoding.
-  AtomicFile file(path);
+  WholeFile file(path);
   const auto bytes = encode(mesh, records, manifest, progress);
   constexpr std::size_t kPart = std::size_t{1} << 22;
   for (std::size_t begin = 0; begin < bytes.size(); begin += kPart) {

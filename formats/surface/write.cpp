@@ -49,7 +49,7 @@ private:
 
 void check(const std::string& path, const TetMesh& mesh, Faces faces) {
   const auto fail = [&](std::size_t face, const char* what) {
-    throw Error(ErrorCode::kBadInput, path + ": cannot write: face " + std::to_string(face) + what);
+    throw Error(ErrorCode::kBadInput, "cannot write " + path + ": face " + std::to_string(face) + what);
   };
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto& [a, b, c] = faces[f];
@@ -170,7 +170,7 @@ Surface surface_of(const TetMesh& mesh, Faces faces) {
 void write_surface(const std::string& path, const TetMesh& mesh, Faces faces) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending != ".obj" && ending != ".ply" && ending != ".stl" && ending != ".off")
-    throw Error(ErrorCode::kBadArgument, path + ": cannot write: a surface is written as .obj, .ply, .stl or .off");
+    throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a surface is written as .obj, .ply, .stl or .off");
   check(path, mesh, faces);
   const Surface surface = surface_of(mesh, faces);
 

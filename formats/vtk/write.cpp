@@ -45,7 +45,7 @@ bool is_finite(const PointArray& array) {
 
 void check(const std::string& path, const TetMesh& mesh, const WriteOptions& options) {
   const auto bad_input = [&](const std::string& reason) {
-    throw Error(ErrorCode::kBadInput, path + ": cannot write: " + reason);
+    throw Error(ErrorCode::kBadInput, "cannot write " + path + ": " + reason);
   };
   const std::size_t vertices = mesh.vertex_count();
   if (mesh.positions.components != 3 || mesh.positions.bytes.size() != vertices * mesh.positions.row_bytes())
@@ -93,7 +93,8 @@ std::string escaped(const std::string& path, const std::string& name) {
     const char c = name[i];
     const bool is_control = static_cast<unsigned char>(c) < 0x20;
     if (length == 0 || (is_control && c != '\t' && c != '\n' && c != '\r'))
-      throw Error(ErrorCode::kBadInput, path + ": cannot write: the name of array '" + name + "' is not text in UTF-8");
+      throw Error(ErrorCode::kBadInput,
+                  "cannot write " + path + ": the name of array '" + name + "' is not text in UTF-8");
     if (is_control || c == '<' || c == '>' || c == '&' || c == '"' || c == '\'')
       text += "&#" + std::to_string(static_cast<int>(c)) + ";";
     else
@@ -297,9 +298,9 @@ void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions
                 const ProgressCallback& progress) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending != ".vtu" && ending != ".vtk")
-    throw Error(ErrorCode::kBadArgument, path + ": cannot write: a mesh is written as .vtu or .vtk");
+    throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a mesh is written as .vtu or .vtk");
   if (ending == ".vtk" && options.encoding != Encoding::kRaw)
-    throw Error(ErrorCode::kBadArgument, path + ": cannot write: legacy VTK is written in binary only");
+    throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": legacy VTK is written in binary only");
   check(path, mesh, options);
 
   WholeFile file(path);

@@ -7,6 +7,7 @@
 #include "build/quadric_predictor.hpp"
 #include "build/removed_vertices.hpp"
 #include "build/working_complex.hpp"
+#include "mesh/shape.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>

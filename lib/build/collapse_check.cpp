@@ -1,30 +1,18 @@
 #include "build/collapse_check.hpp"
 
 #include "mesh/predicates.hpp"
-#include "mesh/vec3.hpp"
+#include "mesh/shape.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace ptet::build {
-using namespace vec;
 namespace {
 
 /// Beyond this a star is not taken apart in one record.
 constexpr std::size_t kMaxRemovedStar = 1024;
 
 } // namespace
-
-double shape_quality(const Point& a, const Point& b, const Point& c, const Point& d) {
-  const Vec3 ab = b - a;
-  const Vec3 ac = c - a;
-  const Vec3 ad = d - a;
-  const Vec3 bc = c - b;
-  const Vec3 bd = d - b;
-  const Vec3 cd = d - c;
-  const double longest_sq = std::max({dot(ab, ab), dot(ac, ac), dot(ad, ad), dot(bc, bc), dot(bd, bd), dot(cd, cd)});
-  return longest_sq > 0 ? std::sqrt(2.0) * dot(ab, cross(ac, ad)) / (longest_sq * std::sqrt(longest_sq)) : 0;
-}
 
 CollapseCheck::CollapseCheck(const WorkingComplex& complex, const std::vector<Point>& positions, double min_quality,
                              std::uint32_t max_star)

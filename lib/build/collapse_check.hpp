@@ -64,7 +64,4 @@ private:
   std::vector<Edge> scratch_;
 };
 
-/// 6 sqrt(2) V / Lmax^3 of a tet: 1 for a regular one, 0 for a flat one, negative for an inverted one.
-[[nodiscard]] double shape_quality(const Point& a, const Point& b, const Point& c, const Point& d);
-
 } // namespace ptet::build

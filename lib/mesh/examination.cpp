@@ -1,7 +1,7 @@
 #include "mesh/examination.hpp"
 
 #include "mesh/scalar_dispatch.hpp"
-#include "mesh/vec3.hpp"
+#include "mesh/shape.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -199,7 +199,7 @@ private:
         is_flat_[t] = 1;
         continue;
       }
-      if (shape(a, b, c, d) < kNearFlatShape) near_flat.add(tet_ids_[t]);
+      if (std::abs(shape_quality(a, b, c, d)) < kNearFlatShape) near_flat.add(tet_ids_[t]);
       if (sign > 0) continue;
       inverted.add(tet_ids_[t]);
       std::swap(tet[2], tet[3]);
@@ -215,15 +215,6 @@ private:
     report(flat, "flat-tets", Severity::kWarning, "flat tet", "flat tets", "kept, they may never get worse");
     report(near_flat, "near-flat-tets", Severity::kNote, "nearly flat tet", "nearly flat tets",
            "kept, they may never get worse");
-  }
-
-  /// 6 sqrt(2) V / Lmax^3: 1 for the regular tet, 0 for a flat one.
-  static double shape(const Point& a, const Point& b, const Point& c, const Point& d) {
-    using namespace vec;
-    const Vec3 u = b - a, v = c - a, w = d - a, e = c - b, f = d - b, g = d - c;
-    const double longest_sq = std::max({dot(u, u), dot(v, v), dot(w, w), dot(e, e), dot(f, f), dot(g, g)});
-    const double det = dot(cross(u, v), w);
-    return std::sqrt(2.0) * std::abs(det) / (longest_sq * std::sqrt(longest_sq));
   }
 
   void link_faces() {

@@ -3,6 +3,7 @@
 
 #include "build/collapse_check.hpp"
 #include "build/working_complex.hpp"
+#include "mesh/shape.hpp"
 #include "mesh/topology.hpp"
 
 #include <array>
