@@ -162,9 +162,14 @@ private:
   // ---- budgets ----
 
   struct Prefix {
-    std::size_t size = 0;
+    std::vector<Candidate> records;
     bool is_whole = true;
     ErrorCode16 next_key = 0; ///< of the first candidate that does not fit
+  };
+  /// What a mesh has, counted from the base.
+  struct Size {
+    std::uint64_t records = 0;
+    std::uint64_t tets = 0;
   };
 
   // The focus is a promise and stands whatever it takes; the budget decides what else is refined.
@@ -190,13 +195,12 @@ private:
     while (true) {
       read_down_to(reach);
       const auto lock = hierarchy_.lock();
-      const std::vector<Candidate> candidates =
-          sorted_candidates([&](std::uint32_t r) { return focus_records[r] == 0 && is_wanted(r); });
-      const Prefix prefix = longest_prefix(focus_records, candidates);
+      const Prefix prefix = longest_prefix(
+          focus_records, candidates([&](std::uint32_t r) { return focus_records[r] == 0 && is_wanted(r); }));
       const bool has_read_all = by_key.empty() || reach <= by_key.back().first;
       if (prefix.is_whole ? has_read_all : prefix.next_key >= reach) {
-        for (std::size_t i = 0; i < prefix.size; ++i)
-          cut_.applied[candidates[i].record] = 1;
+        for (const Candidate& candidate : prefix.records)
+          cut_.applied[candidate.record] = 1;
         stopped_by_budget_ = !prefix.is_whole;
         // What was read on the way is no matter: the answer is to be the same when more was in memory before.
         const ErrorCode16 last_key = prefix.is_whole ? ErrorCode16{0} : prefix.next_key;
@@ -232,41 +236,59 @@ private:
   }
 
   template <class Wanted>
-  std::vector<Candidate> sorted_candidates(Wanted&& wanted) const {
-    std::vector<Candidate> candidates;
+  std::vector<Candidate> candidates(Wanted&& wanted) const {
+    std::vector<Candidate> found;
     for (std::size_t b = 0; b < blocks_.size(); ++b)
       if (content().block_loaded[b] != 0)
         for_each_record(blocks_[b], [&](std::uint32_t r) {
-          if (wanted(r)) candidates.push_back({largest(monotone(r), codes_), content().generation[r], r});
+          if (wanted(r)) found.push_back({largest(monotone(r), codes_), content().generation[r], r});
         });
-    std::sort(candidates.begin(), candidates.end());
-    return candidates;
+    return found;
   }
 
-  Prefix longest_prefix(const std::vector<char>& in_focus, const std::vector<Candidate>& candidates) const {
+  [[nodiscard]] bool fits(const Size& size) const {
     const file::Header& header = hierarchy_.header();
-    std::uint64_t tets = header.base_tet_count;
-    std::uint64_t records = 0;
+    // The last split makes it the original, which has the vertices without tets too.
+    const std::uint64_t base_vertices =
+        size.records == header.record_count ? header.base_vertex_count : hierarchy_.used_base_vertex_count();
+    return !(request_.max_tets && header.base_tet_count + size.tets > *request_.max_tets) &&
+           !(request_.max_vertices && base_vertices + size.records > *request_.max_vertices);
+  }
+  [[nodiscard]] Size with(Size size, std::uint32_t record) const {
+    return {size.records + 1, size.tets + content().refinement.added_tet_count(RecordId{record})};
+  }
+
+  // The longest prefix of the candidates' order that fits. Only those with the key at which it ends need be sorted.
+  Prefix longest_prefix(const std::vector<char>& in_focus, const std::vector<Candidate>& candidates) const {
+    Size size;
     for (std::uint32_t r = 0; r < in_focus.size(); ++r)
-      if (in_focus[r] != 0) {
-        tets += content().refinement.added_tet_count(RecordId{r});
-        ++records;
-      }
+      if (in_focus[r] != 0) size = with(size, r);
+    std::vector<Size> with_key(kMaxErrorCode + 1);
+    for (const Candidate& candidate : candidates)
+      with_key[candidate.key] = with(with_key[candidate.key], candidate.record);
+
     Prefix prefix;
-    for (const Candidate& next : candidates) {
-      tets += content().refinement.added_tet_count(RecordId{next.record});
-      ++records;
-      // The last split makes it the original, which has the vertices without tets too.
-      const std::uint64_t base_vertices =
-          records == header.record_count ? header.base_vertex_count : hierarchy_.used_base_vertex_count();
-      if ((request_.max_tets && tets > *request_.max_tets) ||
-          (request_.max_vertices && base_vertices + records > *request_.max_vertices)) {
-        prefix.is_whole = false;
-        prefix.next_key = next.key;
-        break;
-      }
-      ++prefix.size;
+    std::size_t key = with_key.size();
+    while (key > 0) {
+      const Size larger{size.records + with_key[key - 1].records, size.tets + with_key[key - 1].tets};
+      if (with_key[key - 1].records > 0 && !fits(larger)) break;
+      size = larger;
+      --key;
     }
+    std::vector<Candidate> last;
+    for (const Candidate& candidate : candidates) {
+      if (candidate.key >= key) prefix.records.push_back(candidate);
+      if (candidate.key + std::size_t{1} == key) last.push_back(candidate);
+    }
+    if (last.empty()) return prefix;
+    std::sort(last.begin(), last.end());
+    for (const Candidate& candidate : last) {
+      size = with(size, candidate.record);
+      if (!fits(size)) break;
+      prefix.records.push_back(candidate);
+    }
+    prefix.is_whole = false;
+    prefix.next_key = last.front().key;
     return prefix;
   }
 

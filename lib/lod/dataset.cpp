@@ -15,8 +15,16 @@ std::string to_json(const file::Manifest& manifest) {
                                  {"source_hash", manifest.source_hash},
                                  {"options", nlohmann::ordered_json::object()},
                                  {"notes", manifest.notes}};
-  for (const auto& [name, value] : manifest.options)
-    json["options"][name] = value;
+  // An option that was given more than once has a list.
+  for (const auto& [name, value] : manifest.options) {
+    nlohmann::ordered_json& option = json["options"][name];
+    if (option.is_null())
+      option = value;
+    else if (option.is_array())
+      option.push_back(value);
+    else
+      option = {option, value};
+  }
   // What the file calls text need not be any.
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

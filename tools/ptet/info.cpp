@@ -192,15 +192,24 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
   print(json);
 }
 
+/// A text, or the texts of a list with commas between.
+std::string plain(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string all;
+  for (const Json& entry : value)
+    all += (all.empty() ? "" : ", ") + plain(entry);
+  return all;
+}
+
 void print_manifest(const Json& manifest, std::ostream& out) {
   for (const auto& [key, value] : manifest.items()) {
     if (value.is_structured()) {
       for (const auto& [name, entry] : value.items()) {
-        out << "  " << key << "  " << (value.is_object() ? name + ": " : "")
-            << (entry.is_string() ? entry.get<std::string>() : entry.dump()) << '\n';
+        out << "  " << key << "  " << (value.is_object() ? name + ": " : "") << plain(entry) << '\n';
       }
     } else {
-      out << "  " << key << "  " << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
+      out << "  " << key << "  " << plain(value) << '\n';
     }
   }
 }
