@@ -110,9 +110,7 @@ public:
     const double target = options.target_vertices < 1
                               ? options.target_vertices * static_cast<double>(prepared.used_vertex_count)
                               : options.target_vertices;
-    const bool limited =
-        std::any_of(field_limit_.begin(), field_limit_.end(), [](double x) { return std::isfinite(x); });
-    if (limited && options.evaluation == Evaluation::kExact) {
+    if (has_field_limits() && options.evaluation == Evaluation::kExact) {
       exact_.emplace(prepared, fields_.view());
       exact_workspace_.emplace(*exact_);
     }
@@ -152,11 +150,12 @@ private:
       weights.push_back(std::isfinite(limit) && limit > 0 ? 1 / limit : 1.0);
     return weights;
   }
+  [[nodiscard]] bool has_field_limits() const {
+    return std::any_of(field_limit_.begin(), field_limit_.end(), [](double x) { return std::isfinite(x); });
+  }
   [[nodiscard]] double domain_weight() const {
     // With thresholds for fields, the corner of the growing square is (field limits, domain limit).
-    const bool limited =
-        std::any_of(field_limit_.begin(), field_limit_.end(), [](double x) { return std::isfinite(x); });
-    return limited && domain_limit_ > 0 ? diagonal_ / domain_limit_ : 1 / kDomainPerField;
+    return has_field_limits() && domain_limit_ > 0 ? diagonal_ / domain_limit_ : 1 / kDomainPerField;
   }
 
   void begin_stream() {
