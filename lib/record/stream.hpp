@@ -30,6 +30,7 @@ struct GoverningField {
 struct RecordStream {
   std::vector<GoverningField> fields;
   double diagonal = 0; ///< of the bounding box of the used vertices
+  double volume = 0;   ///< of the original mesh
 
   // Versions.
   std::uint32_t original_tet_count = 0;
@@ -54,10 +55,23 @@ struct RecordStream {
   std::vector<double> field_error;
   /// Largest domain error over the boundary faces in C(i), in mesh units; 0 where no boundary face moved.
   std::vector<double> domain_error;
+  /// size() x fields.size(): by how much the collapse raised the integral of |Phi - phi|^2 over the domain, in field
+  /// units squared times mesh units cubed; may be negative. The integral of a cut is the sum over the records whose
+  /// splits it has not applied. 0 where it was not measured.
+  std::vector<double> squared_error;
+  /// size()+1 offsets into `also_needs`.
+  std::vector<std::uint64_t> also_needs_begin{0};
+  /// Later records whose splits must be applied before that of the record, besides those that consumed its coarse
+  /// versions: without them boundary faces could stand together in a cut that never met while the mesh was collapsed,
+  /// and cross. Ascending for each record.
+  std::vector<std::uint32_t> also_needs;
 
   [[nodiscard]] std::size_t size() const { return removed.size(); }
   [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
     return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
+  }
+  [[nodiscard]] std::span<const std::uint32_t> others_needed(std::size_t record) const {
+    return {also_needs.data() + also_needs_begin[record], also_needs.data() + also_needs_begin[record + 1]};
   }
   /// Explains the first broken invariant; empty when all hold. O(versions).
   [[nodiscard]] std::string validate() const;
