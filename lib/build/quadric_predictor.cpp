@@ -92,4 +92,27 @@ void QuadricPredictor::merge(Vertex vs, Vertex vd) {
     plane_quadrics_[plane_index_[vd]].add_moved(plane_quadrics_[plane_index_[vs]], t);
 }
 
+void QuadricPredictor::costs(Vertex vs, std::span<const Vertex> targets, std::span<float> costs) const {
+  std::transform(targets.begin(), targets.end(), costs.begin(), [&](Vertex vd) { return cost(vs, vd); });
+}
+
+void QuadricPredictor::collapse(Vertex vs, Vertex vd, std::span<const SlotId> /*deleted*/,
+                                std::span<const SlotId> /*modified*/) {
+  merge(vs, vd);
+}
+
+void QuadricPredictor::field_errors(Vertex vs, Vertex vd, std::span<double> errors) const {
+  const Vec3 x = inverse_diagonal_ * (positions_[vd] - positions_[vs]);
+  const double* const f_vs = fields_.at(vs);
+  const double* const f_vd = fields_.at(vd);
+  const double weight = weight_[vs];
+  double field_sq = 0;
+  for (std::size_t c = 0; c < channels_; ++c) {
+    field_sq += std::max(0.0, field_quadrics_[vs * channels_ + c].at(x, f_vd[c] - f_vs[c], weight));
+    if (!fields_.ends_field(c)) continue;
+    errors[fields_.field_of(c)] = weight > 0 ? std::sqrt(field_sq / weight) : 0;
+    field_sq = 0;
+  }
+}
+
 } // namespace ptet::build

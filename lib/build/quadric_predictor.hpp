@@ -3,7 +3,9 @@
 // Source: Cignoni et al. 2000, section 5.3; errors combined as in section 4.3.
 #pragma once
 
+#include "build/collapse_geometry.hpp"
 #include "build/normalized_fields.hpp"
+#include "build/predictor.hpp"
 #include "build/quadric.hpp"
 #include "build/working_complex.hpp"
 
@@ -13,7 +15,7 @@
 
 namespace ptet::build {
 
-class QuadricPredictor {
+class QuadricPredictor final : public Predictor {
 public:
   /// `field_weight`: one for each governing field, of errors as fractions of its range; `domain_weight`: of errors as
   /// fractions of the diagonal.
@@ -26,9 +28,13 @@ public:
   /// vs has been collapsed into vd.
   void merge(Vertex vs, Vertex vd);
 
-private:
-  static constexpr double kEdgeLengthWeight = 1e-4;
+  void costs(Vertex vs, std::span<const Vertex> targets, std::span<float> costs) const override;
+  void collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified) override;
+  /// The weighted root mean square, over the tets whose quadrics vs carries, of how far the value at vd is from their
+  /// linear fields.
+  void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const override;
 
+private:
   void add_tet(const Slot& tet, double mean_volume);
   void add_boundary_face(const Slot& ghost, Vertex dummy);
 
