@@ -1,0 +1,100 @@
+#include "build/field_samples.hpp"
+
+#include "mesh/vec3.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ptet::build {
+using namespace vec;
+namespace {
+
+/// No sample is nearer to a face than this part of the height over it: on a face two tets could hold it.
+constexpr double kMargin = 1.0 / 64;
+
+/// A number in [0, 1) that looks random (the finalizer of MurmurHash3, 64 bits).
+double hashed(std::uint64_t key) {
+  key = (key ^ (key >> 33U)) * 0xff51afd7ed558ccdULL;
+  key = (key ^ (key >> 33U)) * 0xc4ceb9fe1a85ec53ULL;
+  key ^= key >> 33U;
+  return static_cast<double>(key >> 11U) * 0x1p-53;
+}
+
+/// Barycentric coordinates of the i-th sample of a tet.
+std::array<double, 4> sample_weights(std::uint32_t tet, std::size_t i) {
+  // Powers of 1/g with g^4 = g + 1.
+  static constexpr std::array<double, 3> kStep{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+  std::array<double, 3> u{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double x = hashed(3 * std::uint64_t{tet} + axis + 1) + static_cast<double>(i) * kStep[axis];
+    u[axis] = x - std::floor(x);
+  }
+  std::sort(u.begin(), u.end());
+  std::array<double, 4> weight{u[0], u[1] - u[0], u[2] - u[1], 1 - u[2]};
+  for (double& w : weight)
+    w = kMargin + (1 - 4 * kMargin) * w;
+  return weight;
+}
+
+} // namespace
+
+double field_variation(const NormalizedFields& fields, const std::array<Vertex, 4>& corners) {
+  double most_sq = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = i + 1; j < 4; ++j) {
+      const double* const a = fields.at(corners[i]);
+      const double* const b = fields.at(corners[j]);
+      double sum_sq = 0;
+      for (std::size_t c = 0; c < fields.channel_count(); ++c) {
+        sum_sq += (a[c] - b[c]) * (a[c] - b[c]);
+        if (!fields.ends_field(c)) continue;
+        most_sq = std::max(most_sq, sum_sq);
+        sum_sq = 0;
+      }
+    }
+  return std::sqrt(most_sq);
+}
+
+FieldSamples field_samples(std::span<const Tet> tets, const std::vector<Point>& positions,
+                           const NormalizedFields& fields, std::size_t count) {
+  const auto corners_of = [&](std::size_t t) {
+    return std::array<Vertex, 4>{tets[t][0].index(), tets[t][1].index(), tets[t][2].index(), tets[t][3].index()};
+  };
+  std::vector<double> up_to(tets.size()); // sums of variations
+  double sum = 0;
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    up_to[t] = sum += field_variation(fields, corners_of(t));
+  FieldSamples result;
+  if (!(sum > 0)) return result;
+  const std::size_t channels = fields.channel_count();
+  result.samples.reserve(count);
+  result.points.reserve(count);
+  result.values.reserve(count * channels);
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    // Behind the last tet that varies the quotient is exactly 1.
+    const auto end = static_cast<std::size_t>(static_cast<double>(count) * (up_to[t] / sum));
+    const std::array<Vertex, 4> corners = corners_of(t);
+    for (std::size_t i = 0; result.samples.size() < end; ++i) {
+      const std::array<double, 4> weight = sample_weights(static_cast<std::uint32_t>(t), i);
+      Point position{};
+      for (std::size_t k = 0; k < 4; ++k)
+        position = position + weight[k] * positions[corners[k]];
+      result.samples.push_back({static_cast<std::uint32_t>(t), weight});
+      result.points.push_back(position);
+      for (std::size_t c = 0; c < channels; ++c) {
+        double value = 0;
+        for (std::size_t k = 0; k < 4; ++k)
+          value += weight[k] * fields.at(corners[k])[c];
+        result.values.push_back(value);
+      }
+    }
+  }
+  return result;
+}
+
+FieldSamples field_samples(std::span<const Tet> tets, const std::vector<Point>& positions,
+                           const NormalizedFields& fields) {
+  return field_samples(tets, positions, fields, tets.size());
+}
+
+} // namespace ptet::build

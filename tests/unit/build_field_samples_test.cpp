@@ -1,0 +1,117 @@
+// Samples inside tets: how many, where, and with which values.
+#include "build/field_samples.hpp"
+#include "build_predictor_fixture.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+using namespace ptet::build::test;
+using build::field_samples;
+using build::FieldSamples;
+
+namespace {
+
+/// Largest difference of two corners, in values that are not scaled.
+double variation(const Scene& scene, const Tet& tet) {
+  double least = *scene.fields.at(tet[0].index());
+  double most = least;
+  for (const VertexId v : tet) {
+    least = std::min(least, *scene.fields.at(v.index()));
+    most = std::max(most, *scene.fields.at(v.index()));
+  }
+  return most - least;
+}
+
+} // namespace
+
+TEST_CASE("samples: in number as the field varies", "[build][samples]") {
+  const Scene scene(prepared_grid(curved));
+  const auto& tets = scene.prepared.mesh.tets;
+  double sum = 0;
+  for (const Tet& tet : tets)
+    sum += variation(scene, tet);
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{100}, tets.size(), 7 * tets.size()}) {
+    const FieldSamples found = field_samples(tets, scene.points(), scene.fields, count);
+    REQUIRE(found.samples.size() == count);
+    CHECK(found.points.size() == count);
+    CHECK(found.values.size() == count);
+    std::vector<double> number(tets.size());
+    for (const auto& sample : found.samples)
+      ++number.at(sample.tet);
+    for (std::size_t t = 0; t < tets.size(); ++t)
+      CHECK(std::abs(number[t] - static_cast<double>(count) * variation(scene, tets[t]) / sum) <= 1);
+  }
+  CHECK(field_samples(tets, scene.points(), scene.fields).samples.size() == tets.size());
+}
+
+TEST_CASE("samples: where nothing varies there are none", "[build][samples]") {
+  const Scene constant(prepared_grid([](const Point&) { return std::vector<double>{3}; }));
+  CHECK(field_samples(constant.prepared.mesh.tets, constant.points(), constant.fields, 50).samples.empty());
+  const Scene half(prepared_grid([](const Point& p) { return std::vector<double>{std::max(0.0, p[0] - 30)}; }));
+  const FieldSamples found = field_samples(half.prepared.mesh.tets, half.points(), half.fields);
+  CHECK(found.samples.size() == half.prepared.mesh.tets.size());
+  for (const auto& sample : found.samples)
+    CHECK(variation(half, half.prepared.mesh.tets[sample.tet]) > 0);
+}
+
+TEST_CASE("samples: inside, with the values of the linear field there", "[build][samples]") {
+  // A vector field, linear, so that its values are known at every position.
+  const auto field = [](const Point& p) { return std::vector<double>{p[0] - 2 * p[1], 0.5 * p[2], 1}; };
+  const Scene scene(prepared_grid(field, 3));
+  const double range = scene.fields.fields()[0].range;
+  const FieldSamples found = field_samples(scene.prepared.mesh.tets, scene.points(), scene.fields, 500);
+  REQUIRE(found.values.size() == 1500);
+  for (std::size_t i = 0; i < found.samples.size(); ++i) {
+    const auto& sample = found.samples[i];
+    const Tet& tet = scene.prepared.mesh.tets[sample.tet];
+    Point expected{};
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      CHECK(sample.weight[k] > 0.01);
+      sum += sample.weight[k];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        expected[axis] += sample.weight[k] * scene.points()[tet[k].index()][axis];
+    }
+    CHECK(sum == Approx(1));
+    const auto value = field(expected);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      CHECK(found.points[i][axis] == Approx(expected[axis]).margin(1e-12));
+      CHECK(found.values[3 * i + axis] * range == Approx(value[axis]).margin(1e-9));
+    }
+  }
+}
+
+TEST_CASE("samples: several fields, the one that varies most", "[build][samples]") {
+  PreparedMesh prepared = with_field({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0}, {0}, {1}, {4}});
+  ptet::test::add_array(prepared.mesh, "g", ScalarType::kFloat64, 2, [](const Point& p) {
+    return std::vector<double>{3 * p[0], 4 * p[0]};
+  });
+  const build::NormalizedFields fields(prepared, {});
+  // f takes all of its range over the tet, and so does g between its vertices 0 and 1.
+  CHECK(build::field_variation(fields, {0, 1, 2, 3}) == Approx(1));
+  CHECK(build::field_variation(fields, {0, 2, 2, 0}) == Approx(0.25));
+  CHECK(build::field_variation(fields, {0, 1, 0, 1}) == Approx(1));
+  CHECK(build::field_variation(fields, {1, 1, 1, 1}) == 0);
+}
+
+TEST_CASE("samples: evenly spread over a tet, and the same every time", "[build][samples]") {
+  const PreparedMesh prepared = with_field({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0}, {0}, {0}, {1}});
+  const build::NormalizedFields fields(prepared, {});
+  const std::vector<Tet> tets{{VertexId{0}, VertexId{1}, VertexId{2}, VertexId{3}}};
+  const FieldSamples found = field_samples(tets, prepared.points, fields, 8000);
+  std::array<int, 4> near_corner{};
+  std::array<double, 4> mean{};
+  for (const auto& sample : found.samples)
+    for (std::size_t k = 0; k < 4; ++k) {
+      // The margin moves every sample towards the middle by a sixteenth.
+      near_corner[k] += (sample.weight[k] - 1.0 / 64) / (1 - 4.0 / 64) > 0.5 ? 1 : 0;
+      mean[k] += sample.weight[k] / 8000;
+    }
+  for (std::size_t k = 0; k < 4; ++k) {
+    CHECK(mean[k] == Approx(0.25).epsilon(0.005));
+    CHECK(near_corner[k] == Approx(1000).epsilon(0.02)); // an eighth of the volume
+  }
+  const FieldSamples again = field_samples(tets, prepared.points, fields, 8000);
+  CHECK(again.points == found.points);
+  CHECK(again.values == found.values);
+}
