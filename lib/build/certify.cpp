@@ -1,8 +1,11 @@
 #include "build/certify.hpp"
 
+#include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -16,9 +19,43 @@ constexpr double kRelativeSlack = 1e-9;
 constexpr double kAbsoluteSlack = 1e-13;
 /// Records between two reports of progress.
 constexpr std::size_t kBatch = 4096;
+constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
 bool is_ghost(const Tet& tet) {
   return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
+}
+
+double volume_of(const PreparedMesh& prepared) {
+  using namespace vec;
+  double volume = 0;
+  for (const Tet& tet : prepared.mesh.tets) {
+    const Point& o = prepared.points[tet[0].index()];
+    volume += std::abs(dot(prepared.points[tet[1].index()] - o,
+                           cross(prepared.points[tet[2].index()] - o, prepared.points[tet[3].index()] - o))) /
+              6;
+  }
+  return volume;
+}
+
+/// Whether integrals of squared errors up to the range are numbers with all their digits in field units.
+bool can_hold_squares(double range, double volume) {
+  const double most = 4 * range * range * volume;
+  return std::isfinite(most) && most > std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon();
+}
+
+/// The versions before this one are original.
+std::uint32_t first_made(const RecordStream& records) {
+  return records.original_tet_count + records.original_ghost_count;
+}
+
+/// By version from `first_made` on: the record that consumed it, or kNobody.
+std::vector<std::uint32_t> consumers(const RecordStream& records) {
+  const std::uint32_t first = first_made(records);
+  std::vector<std::uint32_t> consumer(records.versions.size() - first, kNobody);
+  for (std::uint32_t r = 0; r < records.size(); ++r)
+    for (const VersionId t : records.consumed(r))
+      if (t.index() >= first) consumer[t.index() - first] = r;
+  return consumer;
 }
 
 } // namespace
@@ -29,12 +66,21 @@ double certified(double measured) {
 
 void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& fields, RecordStream& records,
                           const ProgressCallback& progress) {
+  records.volume = volume_of(prepared);
   const std::size_t field_count = fields.field_count();
+  records.squared_error.assign(records.size() * field_count, 0.0);
   if (field_count == 0 || records.size() == 0) return;
   const ExactFieldError exact(prepared, fields.view());
   oneapi::tbb::enumerable_thread_specific<ExactFieldError::Workspace> workspaces(
       [&] { return ExactFieldError::Workspace(exact); });
-  const auto certify = [&](std::size_t record, ExactFieldError::Workspace& workspace) {
+  const std::vector<std::uint32_t> consumer = consumers(records);
+  std::vector<double> scale; // from fractions of the range, squared; 0: a double cannot hold the integrals
+  scale.reserve(field_count);
+  for (const GoverningField& field : fields.fields())
+    scale.push_back(can_hold_squares(field.range, records.volume) ? field.range * field.range : 0);
+  std::vector<double> squared; // integrals over the coarse versions of a batch of records: version x field
+
+  const auto certify = [&](std::size_t record, std::uint32_t first_of_batch, ExactFieldError::Workspace& workspace) {
     double* const stated = records.field_error.data() + record * field_count;
     std::vector<double> errors(field_count);
     // What was seen at removed vertices stands: of those outside the version the measurement knows nothing.
@@ -42,20 +88,38 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
       errors[f] = stated[f] / fields.fields()[f].range;
     const std::uint32_t first = records.coarse_begin[record].index();
     for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
-      if (!is_ghost(records.versions[t])) exact.measure(records.versions[t], workspace, errors);
+      if (!is_ghost(records.versions[t]))
+        exact.measure(records.versions[t], workspace, errors,
+                      {squared.data() + (t - first_of_batch) * field_count, field_count});
     for (std::size_t f = 0; f < field_count; ++f) {
       stated[f] = std::max(stated[f], certified(errors[f]) * fields.fields()[f].range);
     }
   };
+  // A version's integral counts for the record that made it, and against the one that consumed it. In the order of
+  // the versions, so that the sums do not depend on the threads.
+  const auto add_up = [&](std::size_t record, std::uint32_t first_of_batch) {
+    const std::uint32_t first = records.coarse_begin[record].index();
+    for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
+      for (std::size_t f = 0; f < field_count; ++f) {
+        const double integral = squared[(t - first_of_batch) * field_count + f] * scale[f];
+        records.squared_error[record * field_count + f] += integral;
+        if (const std::uint32_t by = consumer[t - first_made(records)]; by != kNobody)
+          records.squared_error[by * field_count + f] -= integral;
+      }
+  };
   for (std::size_t begin = 0; begin < records.size(); begin += kBatch) {
     if (progress && !progress({"certifying errors", begin, records.size()}))
       throw Error(ErrorCode::kCancelled, "the build was cancelled");
-    const oneapi::tbb::blocked_range<std::size_t> batch(begin, std::min(begin + kBatch, records.size()), 16);
-    oneapi::tbb::parallel_for(batch, [&](const auto& range) {
+    const std::size_t end = std::min(begin + kBatch, records.size());
+    const std::uint32_t first = records.coarse_begin[begin].index();
+    squared.assign((records.coarse_begin[end - 1].index() + records.modified_count[end - 1] - first) * field_count, 0);
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 16), [&](const auto& range) {
       auto& workspace = workspaces.local();
       for (std::size_t record = range.begin(); record != range.end(); ++record)
-        certify(record, workspace);
+        certify(record, first, workspace);
     });
+    for (std::size_t record = begin; record != end; ++record)
+      add_up(record, first);
   }
 }
 

@@ -1,4 +1,5 @@
-// Certification: after the collapses, the recorded field errors are replaced by exact ones.
+// Certification: after the collapses, the recorded field errors are replaced by exact ones, and the integrals of the
+// squared error, from which the mean square error of every cut follows, are added.
 //
 // A version's error does not depend on the cut it stands in, so each can be measured by itself, in parallel, and holds
 // in every mesh that is ever extracted.
@@ -15,6 +16,8 @@ namespace ptet::build {
 
 /// Raises the field errors of every record to the exact maximum over the part of its coarse versions in the domain.
 /// What was seen at removed vertices that lie outside of the simplified domain stays in them.
+/// Sets the squared errors, exact but for rounding, and the volume of the stream. The squared errors of a field whose
+/// squares a double cannot hold in the units of the field stay 0: not measured.
 /// Runs in the caller's task arena. Throws Error(kCancelled).
 void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& fields, RecordStream& records,
                           const ProgressCallback& progress);

@@ -3,6 +3,7 @@
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include <boost/geometry.hpp>
@@ -29,17 +30,24 @@ BoostBox box_of(std::span<const Point> points) {
   return {BoxPoint(low[0], low[1], low[2]), BoxPoint(high[0], high[1], high[2])};
 }
 
+/// Corners that are in use at once while a tet is cut at four planes one after the other: its own, and up to four new
+/// ones for each plane.
+constexpr std::size_t kPieceCorners = 20;
+
 } // namespace
 
 struct ExactFieldError::Impl {
   Impl(const PreparedMesh& p, ChannelView c)
       : prepared(p), channels(c), faces(build_face_table(p.mesh.tets, p.used_vertex_count)) {
+    on_boundary.resize(p.used_vertex_count);
     std::vector<std::pair<BoostBox, HalfFace>> boundary;
     for (HalfFace h = 0; h < faces.mate.size(); ++h)
       if (faces.is_boundary(h)) {
         const Face face = face_of(prepared.mesh.tets, h);
         const std::array<Point, 3> x{point(face[0]), point(face[1]), point(face[2])};
         boundary.emplace_back(box_of(x), h);
+        for (const VertexId v : face)
+          on_boundary[v.index()] = 1;
       }
     boundary_tree = FaceTree(boundary.begin(), boundary.end());
     std::vector<std::uint32_t> count(p.used_vertex_count + 1);
@@ -62,13 +70,15 @@ struct ExactFieldError::Impl {
   FaceTable faces;
   std::vector<std::uint32_t> star_begin; ///< by vertex, into `star`
   std::vector<std::uint32_t> star;       ///< tets around each vertex
+  std::vector<char> on_boundary;         ///< by vertex
   FaceTree boundary_tree;
 };
 
 ExactFieldError::Workspace::Workspace(const ExactFieldError& original)
     : vertices_(original.impl_->prepared.used_vertex_count),
       differences_(original.impl_->prepared.used_vertex_count * original.impl_->channels.channels),
-      tet_stamp_(original.impl_->prepared.mesh.tets.size()) {}
+      tet_stamp_(original.impl_->prepared.mesh.tets.size()),
+      pieces_(kPieceCorners * (4 + original.impl_->channels.channels)) {}
 
 ExactFieldError::ExactFieldError(const PreparedMesh& prepared, ChannelView channels)
     : impl_(std::make_unique<Impl>(prepared, channels)) {}
@@ -77,17 +87,21 @@ ExactFieldError::~ExactFieldError() = default;
 /// One measurement: the walk over the original tets that a version meets.
 class ExactFieldError::Walk {
 public:
-  Walk(const Impl& original, const Tet& version, Workspace& w, std::span<double> errors)
-      : original_(original), channels_(original.channels.channels), version_(version), w_(w), errors_(errors) {}
+  Walk(const Impl& original, const Tet& version, Workspace& w, std::span<double> errors, std::span<double> squared)
+      : original_(original), channels_(original.channels.channels), row_size_(4 + channels_), version_(version), w_(w),
+        errors_(errors), squared_(squared) {}
 
   void run() {
     if (!begin()) return;
-    const std::uint32_t corner = version_[0].index();
-    for (std::uint32_t i = original_.star_begin[corner]; i != original_.star_begin[corner + 1]; ++i)
-      enter(original_.star[i]);
-    // Nothing of the domain in this corner of the version: it sticks out here.
-    if (w_.queue_.empty()) met_boundary_ = true;
-    walk();
+    // Around a vertex inside the domain the corner of the version is full of original tets. At the boundary there may
+    // be none, and those that do not lie beyond one of the version's planes need not meet it.
+    const auto start =
+        std::find_if(version_.begin(), version_.end(), [&](VertexId v) { return !original_.on_boundary[v.index()]; });
+    met_boundary_ = start == version_.end();
+    if (!met_boundary_) {
+      enter_star(*start);
+      walk();
+    }
     if (!met_boundary_) return;
     namespace bgi = boost::geometry::index;
     std::array<Point, 4> x;
@@ -97,8 +111,7 @@ public:
          ++it)
       enter(it->second / 4);
     for (const VertexId v : version_)
-      for (std::uint32_t i = original_.star_begin[v.index()]; i != original_.star_begin[v.index() + 1]; ++i)
-        enter(original_.star[i]);
+      enter_star(v);
     walk();
   }
 
@@ -124,6 +137,12 @@ private:
         vertex.stamp = 0;
       std::fill(w_.tet_stamp_.begin(), w_.tet_stamp_.end(), 0);
       w_.stamp_ = 2;
+    }
+    for (std::size_t i = 0; i < 4; ++i) { // at its own corners the version is exact
+      Workspace::Vertex& corner = w_.vertices_[version_[i].index()];
+      corner = {{}, w_.stamp_};
+      corner.barycentric[i] = 1;
+      std::fill_n(&w_.differences_[version_[i].index() * channels_], channels_, 0.0);
     }
     return true;
   }
@@ -166,10 +185,16 @@ private:
     w_.queue_.push_back(t);
   }
 
+  void enter_star(VertexId v) {
+    for (std::uint32_t i = original_.star_begin[v.index()]; i != original_.star_begin[v.index() + 1]; ++i)
+      enter(original_.star[i]);
+  }
+
   void walk() {
     for (; next_ < w_.queue_.size(); ++next_) {
       const std::uint32_t t = w_.queue_[next_];
       w_.tet_stamp_[t] = done();
+      if (!squared_.empty()) integrate(original_.prepared.mesh.tets[t]);
       for (HalfFace h = 4 * t; h < 4 * t + 4; ++h) {
         const std::uint32_t other = original_.faces.mate[h] / 4;
         const bool boundary = original_.faces.is_boundary(h);
@@ -196,7 +221,7 @@ private:
       worth_clipping |= passes(&w_.differences_[x.index() * channels_], false);
     if (!worth_clipping) return;
     // A row of the polygon: barycentric coordinates, then differences.
-    const std::size_t row = 4 + channels_;
+    const std::size_t row = row_size_;
     w_.polygon_.resize(3 * row);
     for (std::size_t i = 0; i < 3; ++i) {
       std::copy(v[i]->barycentric.begin(), v[i]->barycentric.end(), &w_.polygon_[i * row]);
@@ -247,11 +272,111 @@ private:
     return greater;
   }
 
+  /// Adds the integrals over the part of an original tet in the version.
+  void integrate(const Tet& tet) {
+    const Point& o = original_.point(tet[0]);
+    const double volume =
+        std::abs(dot(original_.point(tet[1]) - o, cross(original_.point(tet[2]) - o, original_.point(tet[3]) - o))) / 6;
+    unsigned cut_by = 0; // the version's planes that have a corner of the tet on their outer side
+    std::array<const double*, 4> differences{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Workspace::Vertex& vertex = look_at(tet[i]);
+      for (unsigned plane = 0; plane < 4; ++plane)
+        cut_by |= static_cast<unsigned>(vertex.barycentric[plane] < 0) << plane;
+      differences[i] = &w_.differences_[tet[i].index() * channels_];
+    }
+    if (cut_by == 0) {
+      add_integral(differences, volume);
+      return;
+    }
+    Piece corners{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      corners[i] = &w_.pieces_[i * row_size_];
+      std::copy_n(w_.vertices_[tet[i].index()].barycentric.begin(), 4, corners[i]);
+      std::copy_n(differences[i], channels_, corners[i] + 4);
+    }
+    integrate_inside(corners, volume, cut_by, &w_.pieces_[4 * row_size_]);
+  }
+
+  /// Corners of a tet, a row each: barycentric coordinates in the version, then differences.
+  using Piece = std::array<double*, 4>;
+
+  /// Adds the integrals over the part of a tet on the inner side of the planes `cut_by` (a set of bits).
+  /// `free`: rows for new corners.
+  void integrate_inside(const Piece& corners, double volume, unsigned cut_by, double* free) {
+    if (!(volume > 0)) return;
+    if (cut_by == 0) {
+      add_integral({corners[0] + 4, corners[1] + 4, corners[2] + 4, corners[3] + 4}, volume);
+      return;
+    }
+    const auto plane = static_cast<unsigned>(std::countr_zero(cut_by));
+    const unsigned others = cut_by & (cut_by - 1);
+    Piece c{}; // those inside first
+    std::size_t inside = 0;
+    std::size_t outside = 4;
+    for (double* const corner : corners)
+      c[corner[plane] >= 0 ? inside++ : --outside] = corner;
+    // The edge from c[i], inside, to c[j] is cut at `s` of its length; `rest` = 1 - s.
+    struct Cut {
+      double* at;
+      double s, rest;
+    };
+    const auto cut = [&](std::size_t i, std::size_t j) {
+      const double* const a = c[i];
+      const double* const b = c[j];
+      const double length = a[plane] - b[plane];
+      const Cut made{free, a[plane] / length, -b[plane] / length};
+      for (std::size_t k = 0; k < row_size_; ++k)
+        made.at[k] = made.rest * a[k] + made.s * b[k];
+      free += row_size_;
+      return made;
+    };
+    const auto go_on = [&](const Piece& piece, double part) { integrate_inside(piece, part * volume, others, free); };
+    switch (inside) {
+    case 0: return;
+    case 1: {
+      const Cut x = cut(0, 1), y = cut(0, 2), z = cut(0, 3);
+      go_on({c[0], x.at, y.at, z.at}, x.s * y.s * z.s);
+      return;
+    }
+    case 2: { // a prism between triangles (c0, p, q) and (c1, r, s)
+      const Cut p = cut(0, 2), q = cut(0, 3), r = cut(1, 2), s = cut(1, 3);
+      go_on({c[0], p.at, q.at, s.at}, p.s * q.s * s.rest);
+      go_on({c[0], p.at, r.at, s.at}, p.s * r.rest * s.s);
+      go_on({c[0], c[1], r.at, s.at}, r.s * s.s);
+      return;
+    }
+    case 3: { // a prism between triangles (c0, c1, c2) and (x, y, z)
+      const Cut x = cut(0, 3), y = cut(1, 3), z = cut(2, 3);
+      go_on({c[0], c[1], c[2], z.at}, z.s);
+      go_on({c[0], c[1], y.at, z.at}, y.s * z.rest);
+      go_on({c[0], x.at, y.at, z.at}, x.s * y.rest * z.rest);
+      return;
+    }
+    default: go_on(c, 1);
+    }
+  }
+
+  /// Adds the integrals over a tet, from the differences at its corners.
+  void add_integral(const std::array<const double*, 4>& differences, double volume) {
+    for (std::size_t channel = 0; channel < channels_; ++channel) {
+      double sum = 0;
+      double sum_sq = 0;
+      for (const double* const difference : differences) {
+        sum += difference[channel];
+        sum_sq += difference[channel] * difference[channel];
+      }
+      squared_[original_.channels.field_of[channel]] += volume / 20 * (sum * sum + sum_sq);
+    }
+  }
+
   const Impl& original_;
   std::size_t channels_;
+  std::size_t row_size_; ///< numbers at a corner of a clipped face or tet: four barycentric coordinates, the channels
   const Tet& version_;
   Workspace& w_;
   std::span<double> errors_;
+  std::span<double> squared_; ///< empty: not wanted
   Point origin_{};
   std::array<Vec3, 3> row_{};
   std::size_t next_ = 0;
@@ -259,7 +384,12 @@ private:
 };
 
 void ExactFieldError::measure(const Tet& version, Workspace& workspace, std::span<double> errors) const {
-  Walk(*impl_, version, workspace, errors).run();
+  Walk(*impl_, version, workspace, errors, {}).run();
+}
+
+void ExactFieldError::measure(const Tet& version, Workspace& workspace, std::span<double> errors,
+                              std::span<double> squared) const {
+  Walk(*impl_, version, workspace, errors, squared).run();
 }
 
 } // namespace ptet

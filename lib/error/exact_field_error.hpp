@@ -1,16 +1,21 @@
-// The exact largest field error of a version: the maximum of |Phi - phi_t| over t and the domain, Phi the piecewise
-// linear field of the original mesh, phi_t the linear field of tet t.
+// The exact field error of a version: the maximum of |Phi - phi_t| over t and the domain, and the integral of its
+// square there; Phi is the piecewise linear field of the original mesh, phi_t the linear field of tet t.
 //
 // On the part of t in one original tet the difference is linear, so its norm is greatest at a vertex of that part; and
 // every such vertex that is not a vertex of t (where the difference is 0) lies on an original face clipped to t:
 //
 //            original faces near t            clipped to t: polygons; the maximum over their corners is exact
 //
+// For the integral the original tets themselves are clipped, plane by plane, into tets whose volumes are products of
+// ratios in [0, 1], so nothing cancels and slivers do no harm; on each the difference d is linear, and
+//
+//            integral of d^2 = volume / 20 ((d0 + d1 + d2 + d3)^2 + d0^2 + d1^2 + d2^2 + d3^2)
+//
 // The original tets are found by walking from a corner of t across faces that t may meet. Where the walk comes upon the
 // original boundary inside t, t may hold parts of the domain that hang together only outside of it; each such part
 // has a boundary face in t, so the walk starts again from every boundary face that meets t.
 //
-// Source: Cignoni et al. 2000, section 4.1 (the error), which takes the maximum over removed vertices only.
+// Source: Cignoni et al. 2000, sections 4.1 and 4.2 (the errors), which take the maximum over removed vertices only.
 #pragma once
 
 #include "mesh/prepare.hpp"
@@ -55,6 +60,7 @@ public:
     std::vector<std::uint32_t> tet_stamp_;
     std::vector<std::uint32_t> queue_;
     std::vector<double> polygon_, clipped_;
+    std::vector<double> pieces_; ///< corners of the tets that a clipped tet falls into: barycentrics, differences
     std::uint32_t stamp_ = 0;
   };
 
@@ -63,6 +69,11 @@ public:
   /// interior: nothing is raised.
   /// Thread rule: const; one workspace a thread. Cost: the original tets that the version meets, some 0.3 us each.
   void measure(const Tet& version, Workspace& workspace, std::span<double> errors) const;
+
+  /// The same, and adds to `squared` (one a field) the integrals of the squared error over `version` and the domain,
+  /// in squared units of the values times volume. Exact but for rounding, some 1e-15 of the integral over the original
+  /// tets that `version` meets. Cost: 1.3 to 1.7 times that of the errors alone.
+  void measure(const Tet& version, Workspace& workspace, std::span<double> errors, std::span<double> squared) const;
 
 private:
   class Walk;

@@ -1,5 +1,7 @@
 #include "support/brute_force.hpp"
 
+#include "support/mesh_checks.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -65,9 +67,13 @@ void close_cut(const RecordStream& stream, std::vector<char>& is_split) {
     for (const VersionId t : stream.consumed(i))
       consumer[t.index()] = i;
   // Consumers come later in the stream, so one pass is enough.
-  for (std::size_t i = 0; i < stream.size(); ++i)
-    for (std::size_t m = 0; is_split[i] && m < stream.modified_count[i]; ++m)
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    if (!is_split[i]) continue;
+    for (std::size_t m = 0; m < stream.modified_count[i]; ++m)
       if (const std::size_t next = consumer[stream.coarse_begin[i].index() + m]; next != kNobody) is_split[next] = 1;
+    for (const std::uint32_t next : stream.others_needed(i))
+      is_split[next] = 1;
+  }
 }
 
 double largest_domain_error(const RecordStream& stream, const CutMesh& cut) {
@@ -182,6 +188,7 @@ std::vector<std::vector<VersionId>> possible_holders(const RecordStream& stream,
     }
   }
   std::vector<std::vector<VersionId>> result;
+  result.reserve(vertices.size());
   for (const VertexId v : vertices)
     result.emplace_back(holders[v].begin(), holders[v].end());
   return result;
@@ -197,6 +204,89 @@ double interpolation_error(const PointArray& field, VertexId v, const Tet& corne
     sum_sq += difference * difference;
   }
   return std::sqrt(sum_sq);
+}
+
+std::vector<double> squared_difference(const std::vector<Point>& points, const PointArray& field, const Tet& original,
+                                       const Tet& version) {
+  using Corners = std::array<Point, 4>;
+  using Polygon = std::vector<Point>;
+  const auto at = [&](const Tet& tet) {
+    return Corners{points[tet[0].index()], points[tet[1].index()], points[tet[2].index()], points[tet[3].index()]};
+  };
+  const std::array<Corners, 2> tets = {at(original), at(version)};
+  const auto face = [](const Corners& tet, std::size_t apex) {
+    return Polygon{tet[(apex + 1) % 4], tet[(apex + 2) % 4], tet[(apex + 3) % 4]};
+  };
+  const auto is_coplanar = [](const Polygon& a, const Polygon& b) {
+    return std::all_of(b.begin(), b.end(), [&](const Point& p) { return orientation(a[0], a[1], a[2], p) == 0; });
+  };
+
+  std::vector<Polygon> polygons;
+  for (const std::size_t mine : {0U, 1U})
+    for (std::size_t apex = 0; apex < 4; ++apex) {
+      const Corners& other = tets[1 - mine];
+      Polygon polygon = face(tets[mine], apex);
+      bool is_repeated = false; // where a face lies on one of the other tet, that of the original counts
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Polygon plane = face(other, k);
+        if (is_coplanar(plane, face(tets[mine], apex))) {
+          is_repeated |= mine == 1;
+          continue;
+        }
+        const double side = determinant(plane[0], plane[1], plane[2], other[k]);
+        const auto height = [&](const Point& p) { return determinant(plane[0], plane[1], plane[2], p) / side; };
+        Polygon inside;
+        for (std::size_t i = 0; i < polygon.size(); ++i) {
+          const Point& a = polygon[i];
+          const Point& b = polygon[(i + 1) % polygon.size()];
+          const double above_a = height(a);
+          const double above_b = height(b);
+          if (above_a >= 0) inside.push_back(a);
+          if ((above_a >= 0) == (above_b >= 0)) continue;
+          const double s = above_a / (above_a - above_b);
+          inside.push_back({a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])});
+        }
+        polygon.swap(inside);
+      }
+      if (!is_repeated && !polygon.empty()) polygons.push_back(std::move(polygon));
+    }
+
+  std::vector<double> integral(field.components, 0);
+  Point centre{};
+  std::size_t count = 0;
+  for (const Polygon& polygon : polygons)
+    for (const Point& p : polygon) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        centre[axis] += p[axis];
+      ++count;
+    }
+  for (double& x : centre)
+    x /= static_cast<double>(std::max<std::size_t>(count, 1));
+  const auto difference = [&](const Point& p, std::uint32_t component) {
+    const auto fine = barycentrics(p, tets[0]);
+    const auto coarse = barycentrics(p, tets[1]);
+    double d = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      d += fine->at(i) * field.value(original[i].index(), component) -
+           coarse->at(i) * field.value(version[i].index(), component);
+    return d;
+  };
+  for (const Polygon& polygon : polygons)
+    for (std::size_t i = 2; i < polygon.size(); ++i) {
+      const Corners cone = {centre, polygon[0], polygon[i - 1], polygon[i]};
+      const double volume = std::abs(determinant(cone[0], cone[1], cone[2], cone[3])) / 6;
+      for (std::uint32_t c = 0; c < field.components; ++c) {
+        double sum = 0;
+        double sum_sq = 0;
+        for (const Point& p : cone) {
+          const double d = difference(p, c);
+          sum += d;
+          sum_sq += d * d;
+        }
+        integral[c] += volume / 20 * (sum * sum + sum_sq);
+      }
+    }
+  return integral;
 }
 
 } // namespace ptet::test

@@ -21,7 +21,7 @@ struct CutMesh {
   std::vector<VertexId> removed; ///< vertices that are not there
 };
 
-/// `is_split` by record, closed: with a record every consumer of what it made.
+/// `is_split` by record, closed: with a record every consumer of what it made, and the others that it needs.
 [[nodiscard]] CutMesh cut_mesh(const RecordStream& stream, const std::vector<char>& is_split);
 /// The cut with the first `count` collapses done.
 [[nodiscard]] std::vector<char> after_collapses(const RecordStream& stream, std::size_t count);
@@ -62,5 +62,10 @@ inline constexpr double kTouching = -1e-9;
 /// |field(v) - sum of weight[i] field(corner[i])|, Euclidean over the components.
 [[nodiscard]] double interpolation_error(const PointArray& field, VertexId v, const Tet& corner,
                                          const std::array<double, 4>& weight);
+
+/// The integral of |original field - field of `version`|^2 over the part of a tet of the mesh in `version`: cones over
+/// the faces of each that lie in the other. By component; neither tet is flat.
+[[nodiscard]] std::vector<double> squared_difference(const std::vector<Point>& points, const PointArray& field,
+                                                     const Tet& original, const Tet& version);
 
 } // namespace ptet::test

@@ -1,0 +1,146 @@
+// Integrals of the squared error against ones found by clipping every original tet with every version, and the sums
+// over records that make the mean square error of a cut.
+#include "build/builder.hpp"
+#include "error/exact_field_error.hpp"
+#include "support/brute_force.hpp"
+#include "support/mesh_checks.hpp"
+#include "support/meshes.hpp"
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+
+namespace {
+
+/// "pressure" and "flow" of the test meshes: channels 0, and 1 to 3.
+constexpr std::array<std::size_t, 4> kFieldOf = {0, 1, 1, 1};
+
+std::vector<double> channels_of(const TetMesh& mesh) {
+  std::vector<double> values;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    for (const char* const name : {"pressure", "flow"}) {
+      const PointArray& array = *mesh.find(name);
+      for (std::uint32_t c = 0; c < array.components; ++c)
+        values.push_back(array.value(v, c));
+    }
+  return values;
+}
+
+bool is_ghost(const Tet& tet) {
+  return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
+}
+
+/// Integrals of the squared error of pressure and flow over `version` and the domain.
+std::array<double, 2> brute_force(const PreparedMesh& prepared, const Tet& version) {
+  std::array<double, 2> integral{};
+  const auto lies_apart = [&](const Tet& tet) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto span = [&](const Tet& t) {
+        return std::minmax({prepared.points[t[0].index()][axis], prepared.points[t[1].index()][axis],
+                            prepared.points[t[2].index()][axis], prepared.points[t[3].index()][axis]});
+      };
+      const auto [low, high] = span(tet);
+      const auto [version_low, version_high] = span(version);
+      if (high < version_low || low > version_high) return true;
+    }
+    return false;
+  };
+  for (const Tet& tet : prepared.mesh.tets) {
+    if (lies_apart(tet)) continue;
+    for (const std::size_t f : {0U, 1U})
+      for (const double x : test::squared_difference(prepared.points, prepared.mesh.point_arrays[f], tet, version))
+        integral[f] += x;
+  }
+  return integral;
+}
+
+} // namespace
+
+TEST_CASE("the integral over any version, also one that leaves the domain") {
+  std::mt19937 random(3);
+  for (const test::NamedMesh& named : test::sample_meshes(5)) {
+    INFO(named.name);
+    const PreparedMesh prepared = prepare(named.mesh);
+    const std::vector<double> values = channels_of(prepared.mesh);
+    const ExactFieldError exact(prepared, {values, 4, kFieldOf});
+    ExactFieldError::Workspace workspace(exact);
+    double largest_integral = 0;
+    for (int i = 0; i < 40; ++i) {
+      Tet version{};
+      for (VertexId& v : version)
+        v = VertexId{static_cast<std::uint32_t>(random() % prepared.used_vertex_count)};
+      const auto at = [&](std::size_t k) { return prepared.points[version[k].index()]; };
+      const int sign = test::orientation(at(0), at(1), at(2), at(3));
+      if (sign == 0) continue;
+      if (sign < 0) std::swap(version[2], version[3]);
+      std::array<double, 2> errors{}, errors_alone{}, squared{};
+      exact.measure(version, workspace, errors, squared);
+      exact.measure(version, workspace, errors_alone);
+      CHECK(errors == errors_alone);
+      const auto expected = brute_force(prepared, version);
+      for (const std::size_t f : {0U, 1U})
+        CHECK(squared[f] == Approx(expected[f]).epsilon(1e-10).margin(1e-12));
+      largest_integral = std::max(largest_integral, squared[0]);
+    }
+    CHECK(largest_integral > 10);
+  }
+}
+
+TEST_CASE("the squared errors of the records that are not split add up to that of the cut") {
+  std::mt19937 random(11);
+  for (const test::NamedMesh& named : test::sample_meshes(6)) {
+    if (named.name == "cube" || named.name == "l-shape" || named.name == "cavity") continue;
+    INFO(named.name);
+    const PreparedMesh prepared = prepare(named.mesh);
+    BuildOptions options;
+    options.target_vertices = 0;
+    options.max_domain_error = {1, true};
+    BuildReport report;
+    const RecordStream records = build::build_records(prepared, options, report, {});
+    REQUIRE(records.fields.size() == 2);
+    CHECK(records.validate().empty());
+    CHECK(records.volume == Approx(test::examine(named.mesh).volume).epsilon(1e-13));
+
+    // Every version that was made, by itself: among them some with no corner inside the domain.
+    const std::vector<double> values = channels_of(prepared.mesh);
+    const ExactFieldError exact(prepared, {values, 4, kFieldOf});
+    ExactFieldError::Workspace workspace(exact);
+    std::map<Tet, std::array<double, 2>> integral_of;
+    std::size_t wrong = 0;
+    for (std::size_t t = records.original_tet_count + records.original_ghost_count; t < records.versions.size(); ++t) {
+      if (is_ghost(records.versions[t])) continue;
+      const auto expected = integral_of[records.versions[t]] = brute_force(prepared, records.versions[t]);
+      std::array<double, 2> errors{}, squared{};
+      exact.measure(records.versions[t], workspace, errors, squared);
+      for (std::size_t f = 0; f < 2; ++f)
+        wrong += static_cast<std::size_t>(squared[f] != Approx(expected[f]).epsilon(1e-10).margin(1e-12));
+    }
+    CHECK(wrong == 0);
+
+    std::array<double, 2> of_base{};
+    for (std::size_t i = 0; i < 2 * records.size(); ++i)
+      of_base[i % 2] += records.squared_error[i];
+    for (const unsigned one_in : {0U, 300U, 30U, 5U}) {
+      std::vector<char> is_split(records.size(), 0);
+      for (char& split : is_split)
+        split = static_cast<char>(one_in != 0 && random() % one_in == 0);
+      test::close_cut(records, is_split);
+      std::array<double, 2> stated{}, expected{};
+      for (std::size_t r = 0; r < records.size(); ++r)
+        for (std::size_t f = 0; f < 2 && !is_split[r]; ++f)
+          stated[f] += records.squared_error[2 * r + f];
+      const test::CutMesh cut = test::cut_mesh(records, is_split);
+      for (std::size_t t = 0; t < cut.tets.size(); ++t)
+        for (std::size_t f = 0; f < 2 && cut.tet_maker[t] != test::CutMesh::kOriginal; ++f)
+          expected[f] += integral_of.at(cut.tets[t])[f];
+      for (std::size_t f = 0; f < 2; ++f) {
+        CHECK(std::abs(stated[f] - expected[f]) <= 1e-9 * of_base[f]);
+        if (one_in == 0) CHECK(stated[f] > 0);
+      }
+    }
+  }
+}

@@ -1,0 +1,183 @@
+// The field error of a version, largest and integrated, where both are known by hand.
+#include "error/exact_field_error.hpp"
+#include "support/meshes.hpp"
+
+#include <algorithm>
+#include <functional>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+
+namespace {
+
+struct Measured {
+  double largest = 0;
+  double integral = 0;
+};
+
+/// A mesh with one field, its values given by vertex; asked about versions by their vertices.
+class Original {
+public:
+  Original(const TetMesh& mesh, const std::vector<double>& value)
+      : prepared_(prepare(mesh)), new_id_(mesh.vertex_count()) {
+    for (std::uint32_t v = 0; v < new_id_.size(); ++v) {
+      const VertexId given = prepared_.original_vertex[v];
+      new_id_[given.index()] = VertexId{v};
+      values_.push_back(value.at(given.index()));
+    }
+  }
+
+  /// The version is turned round if it is negatively oriented.
+  [[nodiscard]] Measured measure(const std::array<std::uint32_t, 4>& version) const {
+    const std::array<std::size_t, 1> field_of = {0};
+    const ExactFieldError exact(prepared_, {values_, 1, field_of});
+    ExactFieldError::Workspace workspace(exact);
+    Tet tet{};
+    for (std::size_t i = 0; i < 4; ++i)
+      tet[i] = new_id_[version[i]];
+    const auto at = [&](std::size_t i) { return prepared_.points[tet[i].index()]; };
+    if (orientation(at(0), at(1), at(2), at(3)) < 0) std::swap(tet[2], tet[3]);
+    Measured measured;
+    exact.measure(tet, workspace, {&measured.largest, 1}, {&measured.integral, 1});
+    double alone = 0;
+    exact.measure(tet, workspace, {&alone, 1});
+    CHECK(alone == measured.largest);
+    return measured;
+  }
+
+private:
+  PreparedMesh prepared_;
+  std::vector<VertexId> new_id_;
+  std::vector<double> values_;
+};
+
+/// Cells of width 16; the field is a function of the cell coordinates.
+struct RegularGrid {
+  RegularGrid(int size, const std::function<double(double, double, double)>& f)
+      : cells(size), mesh(test::grid({{size, size, size}, {}, 0, 1})) {
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+      const Point p = mesh.position(VertexId{v});
+      value.push_back(f(p[0] / 16, p[1] / 16, p[2] / 16));
+    }
+  }
+  /// The whole cube as six tets around one of its diagonals: from (0, 0, 0) or, mirrored in x, from (1, 0, 0).
+  [[nodiscard]] Measured measure_cube(bool mirrored) const {
+    const Original original(mesh, value);
+    Measured sum;
+    std::array<std::size_t, 3> axes = {0, 1, 2};
+    do {
+      Point p = {mirrored ? 16.0 * cells : 0, 0, 0};
+      std::array<std::uint32_t, 4> tet{vertex_at(p)};
+      for (std::size_t step = 0; step < 3; ++step) {
+        p[axes[step]] = 16.0 * cells - p[axes[step]];
+        tet[step + 1] = vertex_at(p);
+      }
+      const Measured measured = original.measure(tet);
+      sum.largest = std::max(sum.largest, measured.largest);
+      sum.integral += measured.integral;
+    } while (std::next_permutation(axes.begin(), axes.end()));
+    return sum;
+  }
+  [[nodiscard]] std::uint32_t vertex_at(const Point& p) const {
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+      if (mesh.position(VertexId{v}) == p) return v;
+    FAIL("no vertex there");
+    return 0;
+  }
+
+  int cells;
+  TetMesh mesh;
+  std::vector<double> value;
+};
+
+constexpr double kCellVolume = 16.0 * 16 * 16;
+
+} // namespace
+
+TEST_CASE("a linear field has no error in any version") {
+  const RegularGrid grid(4, [](double x, double y, double z) { return 3 * x - 2 * y + z / 2 + 7; });
+  for (const bool mirrored : {false, true}) {
+    const Measured measured = grid.measure_cube(mirrored);
+    CHECK(measured.largest <= 1e-13);
+    CHECK(measured.integral <= 1e-24 * kCellVolume);
+  }
+}
+
+TEST_CASE("a square on a regular refinement") {
+  // Both fields depend on x alone: the original one joins 0, 1, 4, 9, 16, the coarse one is 4 x. The difference
+  // 0, -3, -4, -3, 0 is linear in between, and the square of one that runs from a to b has the integral
+  // (a a + a b + b b) / 3: (9 + 37 + 37 + 9) / 3 over each of 16 rows of cells.
+  const RegularGrid grid(4, [](double x, double, double) { return x * x; });
+  for (const bool mirrored : {false, true}) { // mirrored, the versions cut across the original tets
+    const Measured measured = grid.measure_cube(mirrored);
+    CHECK(measured.largest == Approx(4).epsilon(1e-13));
+    CHECK(measured.integral == Approx(16 * 92.0 / 3 * kCellVolume).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("a version made of two original tets") {
+  // The difference is 1 at the middle of the edge that was cut and falls to 0 at the other corners.
+  const TetMesh mesh =
+      test::make_mesh({{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}}, {{0, 4, 2, 3}, {4, 1, 2, 3}});
+  const Measured measured = Original(mesh, {5, 5, 5, 5, 6}).measure({0, 1, 2, 3});
+  CHECK(measured.largest == Approx(1).epsilon(1e-14));
+  CHECK(measured.integral == Approx(2.0 / 6 / 10).epsilon(1e-14)); // two tets of 1/6, the square of a hat: V / 10
+}
+
+TEST_CASE("a version that sticks out of the domain") {
+  // The difference is x on the unit tet; the version's other corners carry small tets that lie outside of it.
+  const TetMesh mesh = test::make_mesh({{0, 0, 0},
+                                        {1, 0, 0},
+                                        {0, 1, 0},
+                                        {0, 0, 1}, //
+                                        {4, 0, 0},
+                                        {5, 0, 0},
+                                        {5, 1, 0},
+                                        {5, 0, 1}, //
+                                        {0, 4, 0},
+                                        {0, 5, 0},
+                                        {1, 5, 0},
+                                        {0, 5, 1}, //
+                                        {0, 0, 4},
+                                        {0, 0, 5},
+                                        {1, 0, 5},
+                                        {0, 1, 5}},
+                                       {{0, 1, 2, 3}, {4, 5, 6, 7}, {8, 10, 9, 11}, {12, 14, 15, 13}});
+  std::vector<double> value(16, 0.0);
+  value[1] = 1;
+  const Original original(mesh, value);
+  const Measured whole = original.measure({0, 4, 8, 12});
+  CHECK(whole.largest == Approx(1).epsilon(1e-14));
+  CHECK(whole.integral == Approx(1.0 / 60).epsilon(1e-14)); // of x^2 over the unit tet
+  // From a corner where there is nothing of the domain.
+  const Measured from_outside = original.measure({4, 0, 12, 8});
+  CHECK(from_outside.largest == Approx(1).epsilon(1e-14));
+  CHECK(from_outside.integral == Approx(1.0 / 60).epsilon(1e-14));
+}
+
+TEST_CASE("the integral over a version inside of one original tet") {
+  // As above with the sizes exchanged: the version is the unit tet, the original one 4 times as large. Small tets
+  // outside of it that touch it bring the corners, so this is no mesh of a domain; all four planes cut the large tet.
+  const TetMesh mesh = test::make_mesh({{0, 0, 0},
+                                        {4, 0, 0},
+                                        {0, 4, 0},
+                                        {0, 0, 4}, //
+                                        {1, 0, 0},
+                                        {1, -1, 0},
+                                        {2, -1, 0},
+                                        {1, -1, -1}, //
+                                        {0, 1, 0},
+                                        {-1, 1, 0},
+                                        {-1, 2, 0},
+                                        {-1, 1, -1}, //
+                                        {0, 0, 1},
+                                        {0, -1, 1},
+                                        {0, -1, 2},
+                                        {-1, -1, 1}},
+                                       {{0, 1, 2, 3}, {4, 5, 6, 7}, {8, 10, 9, 11}, {12, 14, 13, 15}});
+  std::vector<double> value(16, 0.0);
+  value[1] = 4;
+  const Measured measured = Original(mesh, value).measure({0, 4, 8, 12});
+  CHECK(measured.integral == Approx(1.0 / 60).epsilon(1e-14));
+}
