@@ -3,6 +3,7 @@
 #include "build/boundary_surface.hpp"
 #include "build/certify.hpp"
 #include "build/collapse_check.hpp"
+#include "build/cut_conflicts.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/quadric_predictor.hpp"
 #include "build/removed_vertices.hpp"
@@ -134,6 +135,7 @@ public:
     if (options_.evaluation == Evaluation::kExact)
       report_.certify_seconds =
           seconds_of([&] { arena.execute([&] { certify_field_errors(prepared_, fields_, stream_, progress_); }); });
+    arena.execute([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, stream_, progress_); });
     finish_report();
     return std::move(stream_);
   }

@@ -76,6 +76,7 @@ struct BuildReport {
   std::vector<std::pair<std::string, double>> field_error; ///< largest recorded, by field, absolute
   double domain_error = 0;                                 ///< largest recorded, mesh units
   std::vector<std::string> notes;                          ///< what was found in the input and done about it
+  std::uint64_t cut_dependencies = 0; ///< between records, added so that the boundary of no cut crosses itself
   std::uint64_t file_bytes = 0;
   double collapse_seconds = 0; ///< wall time of the collapse loop, candidates and checks included
   double certify_seconds = 0;  ///< wall time of the exact evaluation, 0 without it

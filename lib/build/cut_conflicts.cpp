@@ -1,0 +1,260 @@
+#include "build/cut_conflicts.hpp"
+
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/box.hpp>
+#include <boost/geometry/geometries/point.hpp>
+#include <boost/geometry/index/rtree.hpp>
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
+namespace ptet::build {
+namespace {
+
+namespace bgi = boost::geometry::index;
+using BoxPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
+using Box = boost::geometry::model::box<BoxPoint>;
+using Record = std::uint32_t;
+
+constexpr Record kNobody = std::numeric_limits<Record>::max();
+/// Records between two reports of progress.
+constexpr Record kBatch = 16384;
+
+/// A boundary face that a collapse made.
+struct MadeFace {
+  Face face;
+  Record maker;
+};
+using Entry = std::pair<Box, std::uint32_t>; ///< its box and its place among the made faces
+using Tree = bgi::rtree<Entry, bgi::linear<16>>;
+
+/// For each record others, in compressed rows.
+struct Rows {
+  std::vector<std::uint64_t> begin{0};
+  std::vector<Record> others;
+  [[nodiscard]] std::span<const Record> of(Record r) const {
+    return {others.data() + begin[r], others.data() + begin[r + 1]};
+  }
+};
+
+/// The boundary face of a ghost; false for a real tet.
+bool face_of_ghost(const Tet& tet, Face& face) {
+  if (std::find(tet.begin(), tet.end(), kDummyVertex) == tet.end()) return false;
+  std::copy_if(tet.begin(), tet.end(), face.begin(), [](VertexId v) { return v != kDummyVertex; });
+  return true;
+}
+
+Box box_of(const Face& face, const std::vector<Point>& points) {
+  Point low = points[face[0].index()];
+  Point high = low;
+  for (const VertexId v : face)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], points[v.index()][axis]);
+      high[axis] = std::max(high[axis], points[v.index()][axis]);
+    }
+  return {BoxPoint(low[0], low[1], low[2]), BoxPoint(high[0], high[1], high[2])};
+}
+
+/// The records that consumed what each record made.
+Rows parents_of(const RecordStream& records) {
+  const std::uint32_t first_made = records.original_tet_count + records.original_ghost_count;
+  std::vector<Record> consumer(records.versions.size() - first_made, kNobody);
+  for (Record r = 0; r < records.size(); ++r)
+    for (const VersionId t : records.consumed(r))
+      if (t.index() >= first_made) consumer[t.index() - first_made] = r;
+  Rows parents;
+  for (Record r = 0; r < records.size(); ++r) {
+    const auto row = static_cast<std::ptrdiff_t>(parents.others.size());
+    const std::uint32_t first = records.coarse_begin[r].index() - first_made;
+    for (std::uint32_t t = first; t < first + records.modified_count[r]; ++t)
+      if (consumer[t] != kNobody) parents.others.push_back(consumer[t]);
+    std::sort(parents.others.begin() + row, parents.others.end());
+    parents.others.erase(std::unique(parents.others.begin() + row, parents.others.end()), parents.others.end());
+    parents.begin.push_back(parents.others.size());
+  }
+  return parents;
+}
+
+/// Marks on records, all taken away at once.
+class Marks {
+public:
+  explicit Marks(std::size_t count) : stamp_of_(count) {}
+  void clear() {
+    if (++stamp_ != 0) return;
+    std::fill(stamp_of_.begin(), stamp_of_.end(), 0);
+    stamp_ = 1;
+  }
+  [[nodiscard]] bool has(Record r) const { return stamp_of_[r] == stamp_; }
+  /// False if it was there before.
+  bool add(Record r) {
+    if (has(r)) return false;
+    stamp_of_[r] = stamp_;
+    return true;
+  }
+  bool remove(Record r) {
+    if (!has(r)) return false;
+    stamp_of_[r] = stamp_ - 1;
+    return true;
+  }
+
+private:
+  std::vector<std::uint32_t> stamp_of_;
+  std::uint32_t stamp_ = 0;
+};
+
+class Conflicts {
+public:
+  Conflicts(const PreparedMesh& prepared, const RecordStream& records)
+      : points_(prepared.points), records_(records), parents_(parents_of(records)),
+        scratch_([&] { return Scratch(records.size()); }) {
+    std::vector<Entry> entries;
+    for (Record r = 0; r < records.size(); ++r)
+      for (std::uint32_t m = 0; m < records.modified_count[r]; ++m)
+        if (Face face{}; face_of_ghost(records.versions[records.coarse_begin[r].index() + m], face)) {
+          entries.emplace_back(box_of(face, points_), static_cast<std::uint32_t>(made_.size()));
+          made_.push_back({face, r});
+        }
+    tree_ = Tree(entries.begin(), entries.end());
+  }
+
+  /// By record: later records whose faces it must not leave standing; ascending.
+  std::vector<std::vector<Record>> find(const ProgressCallback& progress) {
+    std::vector<std::vector<Record>> found(records_.size());
+    const auto count = static_cast<Record>(records_.size());
+    for (Record begin = 0; begin < count; begin += kBatch) {
+      if (progress && !progress({"looking for cuts that cross themselves", begin, count}))
+        throw Error(ErrorCode::kCancelled, "the build was cancelled");
+      const oneapi::tbb::blocked_range<Record> batch(begin, std::min(begin + kBatch, count), 64);
+      oneapi::tbb::parallel_for(batch, [&](const auto& range) {
+        Scratch& scratch = scratch_.local();
+        for (Record r = range.begin(); r != range.end(); ++r)
+          look_at(r, scratch, found[r]);
+      });
+    }
+    return found;
+  }
+
+  /// Takes away what follows from the rest.
+  void reduce(std::vector<std::vector<Record>>& found) {
+    Scratch& scratch = scratch_.local();
+    for (auto r = static_cast<Record>(found.size()); r-- > 0;) {
+      if (found[r].empty()) continue;
+      // Those needed first follow from no later one.
+      std::vector<Record> wanted;
+      wanted.swap(found[r]);
+      scratch.reached.clear();
+      climb(r, wanted.back(), scratch, [&](Record other) -> std::span<const Record> { return found[other]; });
+      for (const Record other : wanted) {
+        if (scratch.reached.has(other)) continue;
+        found[r].push_back(other);
+        scratch.reached.add(other);
+        climb(other, wanted.back(), scratch, [&](Record next) -> std::span<const Record> { return found[next]; });
+      }
+    }
+  }
+
+private:
+  struct Scratch {
+    explicit Scratch(std::size_t count) : reached(count), open(count) {}
+    Marks reached;
+    Marks open; ///< makers of faces near by that were not reached yet
+    std::size_t open_count = 0;
+    std::vector<Record> queue;
+    std::vector<Entry> near;
+    std::vector<std::pair<Box, Face>> fine;
+  };
+
+  /// Marks all that `from` needs up to record `last`.
+  template <class Also>
+  void climb(Record from, Record last, Scratch& s, Also&& also) const {
+    s.queue.assign(1, from);
+    const auto reach = [&](Record r) {
+      if (r <= last && s.reached.add(r)) s.queue.push_back(r);
+    };
+    for (std::size_t next = 0; next < s.queue.size(); ++next) {
+      const Record r = s.queue[next];
+      for (const Record parent : parents_.of(r))
+        reach(parent);
+      for (const Record other : also(r))
+        reach(other);
+    }
+  }
+
+  void look_at(Record r, Scratch& s, std::vector<Record>& found) const {
+    s.fine.clear();
+    for (const VersionId t : records_.consumed(r))
+      if (Face face{}; face_of_ghost(records_.versions[t.index()], face))
+        s.fine.emplace_back(box_of(face, points_), face);
+    if (s.fine.empty()) return;
+    Box all = s.fine.front().first;
+    for (const auto& [box, face] : s.fine)
+      boost::geometry::expand(all, box);
+    s.near.clear();
+    tree_.query(bgi::intersects(all) && bgi::satisfies([&](const Entry& e) { return made_[e.second].maker > r; }),
+                std::back_inserter(s.near));
+    mark_needed(r, s);
+    if (s.open_count == 0) return;
+    for (const auto& [box, place] : s.near) {
+      const auto& [face, maker] = made_[place];
+      if (!s.open.has(maker)) continue;
+      const bool meets = std::any_of(s.fine.begin(), s.fine.end(), [&, &box = box, &face = face](const auto& mine) {
+        return boost::geometry::intersects(mine.first, box) && faces_meet_improperly(mine.second, face, points_);
+      });
+      if (!meets) continue;
+      found.push_back(maker);
+      s.open.remove(maker);
+    }
+    std::sort(found.begin(), found.end());
+  }
+
+  /// Leaves open the makers of faces near by that `r` does not need through its parents.
+  void mark_needed(Record r, Scratch& s) const {
+    s.open.clear();
+    s.open_count = 0;
+    Record last = 0;
+    for (const auto& [box, place] : s.near)
+      if (const Record maker = made_[place].maker; s.open.add(maker)) {
+        ++s.open_count;
+        last = std::max(last, maker);
+      }
+    s.reached.clear();
+    s.queue.assign(1, r);
+    for (std::size_t next = 0; next < s.queue.size() && s.open_count != 0; ++next)
+      for (const Record parent : parents_.of(s.queue[next])) {
+        if (parent > last || !s.reached.add(parent)) continue;
+        s.queue.push_back(parent);
+        if (s.open.remove(parent)) --s.open_count;
+      }
+  }
+
+  const std::vector<Point>& points_;
+  const RecordStream& records_;
+  Rows parents_;
+  std::vector<MadeFace> made_;
+  Tree tree_;
+  oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
+};
+
+} // namespace
+
+std::size_t add_cut_dependencies(const PreparedMesh& prepared, RecordStream& records,
+                                 const ProgressCallback& progress) {
+  Conflicts conflicts(prepared, records);
+  auto found = conflicts.find(progress);
+  conflicts.reduce(found);
+  records.also_needs.clear();
+  records.also_needs_begin.assign(1, 0);
+  for (const std::vector<Record>& others : found) {
+    records.also_needs.insert(records.also_needs.end(), others.begin(), others.end());
+    records.also_needs_begin.push_back(records.also_needs.size());
+  }
+  return records.also_needs.size();
+}
+
+} // namespace ptet::build

@@ -1,0 +1,301 @@
+// No cut's boundary crosses itself, not even where it mixes levels in a checkerboard: thin double sheets and real
+// parts, every pair of boundary faces whose boxes meet.
+#include "build/builder.hpp"
+#include "mesh/predicates.hpp"
+#include "support/brute_force.hpp"
+#include "support/meshes.hpp"
+#ifdef PTET_TEST_WITH_VTK
+#include "formats/vtk/read.hpp"
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+
+namespace {
+
+struct Built {
+  PreparedMesh prepared;
+  RecordStream records;
+};
+
+Built build_to_the_end(const TetMesh& mesh) {
+  Built built{prepare(mesh), {}};
+  BuildOptions options;
+  options.target_vertices = 0;
+  options.max_domain_error = {1, true};
+  options.evaluation = Evaluation::kVertices; // what is collapsed does not depend on it
+  BuildReport report;
+  built.records = build::build_records(built.prepared, options, report, {});
+  CHECK(report.cut_dependencies == built.records.also_needs.size());
+  return built;
+}
+
+/// The same without the dependencies under test.
+RecordStream without_dependencies(RecordStream records) {
+  records.also_needs.clear();
+  std::fill(records.also_needs_begin.begin(), records.also_needs_begin.end(), 0);
+  return records;
+}
+
+struct Bounded {
+  Face face;
+  Point low, high;
+  std::size_t version;
+};
+
+/// The faces of the ghosts among `versions`.
+std::vector<Bounded> faces_of(const std::vector<Tet>& versions, const std::vector<Point>& points) {
+  std::vector<Bounded> faces;
+  for (std::size_t t = 0; t < versions.size(); ++t) {
+    if (std::find(versions[t].begin(), versions[t].end(), kDummyVertex) == versions[t].end()) continue;
+    Bounded bounded{{}, {}, {}, t};
+    std::copy_if(versions[t].begin(), versions[t].end(), bounded.face.begin(),
+                 [](VertexId v) { return v != kDummyVertex; });
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto [low, high] =
+          std::minmax({points[bounded.face[0].index()][axis], points[bounded.face[1].index()][axis],
+                       points[bounded.face[2].index()][axis]});
+      bounded.low[axis] = low;
+      bounded.high[axis] = high;
+    }
+    faces.push_back(bounded);
+  }
+  return faces;
+}
+
+/// Calls `visit` for each pair of faces whose boxes meet.
+template <class Visit>
+void for_each_near_pair(std::vector<Bounded> faces, Visit&& visit) {
+  std::sort(faces.begin(), faces.end(), [](const Bounded& a, const Bounded& b) { return a.low[0] < b.low[0]; });
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    for (std::size_t j = i + 1; j < faces.size() && faces[j].low[0] <= faces[i].high[0]; ++j) {
+      const Bounded& a = faces[i];
+      const Bounded& b = faces[j];
+      if (a.low[1] > b.high[1] || b.low[1] > a.high[1] || a.low[2] > b.high[2] || b.low[2] > a.high[2]) continue;
+      visit(a, b);
+    }
+}
+
+/// Pairs of boundary faces of the cut that meet elsewhere than in common vertices and edges.
+std::size_t crossings(const RecordStream& records, const std::vector<Point>& points,
+                      const std::vector<char>& is_split) {
+  std::size_t count = 0;
+  for_each_near_pair(faces_of(test::cut_mesh(records, is_split).ghosts, points),
+                     [&](const Bounded& a, const Bounded& b) {
+                       count += static_cast<std::size_t>(faces_meet_improperly(a.face, b.face, points));
+                     });
+  return count;
+}
+
+/// By version: the record that consumed it, or CutMesh::kOriginal.
+std::vector<std::size_t> consumers(const RecordStream& records) {
+  std::vector<std::size_t> consumer(records.versions.size(), test::CutMesh::kOriginal);
+  for (std::size_t r = 0; r < records.size(); ++r)
+    for (const VersionId t : records.consumed(r))
+      consumer[t.index()] = r;
+  return consumer;
+}
+
+/// Pairs of all the boundary faces there ever were that meet improperly and that some closed cut holds both of.
+std::size_t pairs_in_one_cut(const RecordStream& records, const std::vector<Point>& points) {
+  const std::vector<std::size_t> consumer = consumers(records);
+  const std::vector<std::size_t> maker = test::makers(records);
+  const std::vector<Bounded> faces = faces_of(records.versions, points);
+  std::vector<std::pair<std::size_t, std::size_t>> apart; // consumer of the one before the maker of the other
+  std::size_t together = 0;
+  for_each_near_pair(faces, [&](const Bounded& a, const Bounded& b) {
+    for (const auto& [f, g] : {std::pair{a.version, b.version}, std::pair{b.version, a.version}})
+      if (maker[g] != test::CutMesh::kOriginal && consumer[f] < maker[g] &&
+          faces_meet_improperly(a.face, b.face, points))
+        apart.emplace_back(consumer[f], maker[g]);
+  });
+  std::sort(apart.begin(), apart.end());
+  std::vector<char> is_split;
+  for (std::size_t i = 0; i < apart.size(); ++i) {
+    if (i == 0 || apart[i].first != apart[i - 1].first) {
+      is_split.assign(records.size(), 0);
+      is_split[apart[i].first] = 1;
+      test::close_cut(records, is_split);
+    }
+    together += static_cast<std::size_t>(is_split[apart[i].second] == 0);
+  }
+  return together;
+}
+
+/// Records to be split: in the black boxes of a checkerboard all, or those of the last part of the collapses; in the
+/// white ones none, or those of a shorter last part. Not closed.
+std::vector<char> checkerboard(const Built& built, std::mt19937& random) {
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() % 1000001) / 1e6;
+  };
+  const auto& points = built.prepared.points;
+  const double width = built.records.diagonal * std::pow(2, uniform(-6, -2));
+  const double shift = uniform(0, width);
+  const double count = static_cast<double>(built.records.size());
+  const double black_from = count * (random() % 2 == 0 ? 0 : uniform(0, 0.9));
+  const double white_from = std::max(black_from, count * uniform(0.8, 1));
+  std::vector<char> is_split(built.records.size());
+  for (std::size_t r = 0; r < is_split.size(); ++r) {
+    const Point& p = points[built.records.removed[r].index()];
+    const double sum =
+        std::floor((p[0] + shift) / width) + std::floor((p[1] + shift) / width) + std::floor((p[2] + shift) / width);
+    const bool is_black = std::fmod(std::abs(sum), 2) == 1;
+    is_split[r] = static_cast<char>(static_cast<double>(r) >= (is_black ? black_from : white_from));
+  }
+  return is_split;
+}
+
+/// Some records here and there.
+std::vector<char> scattered(const Built& built, std::mt19937& random) {
+  const unsigned one_in = 2U << (random() % 10);
+  std::vector<char> is_split(built.records.size());
+  for (char& split : is_split)
+    split = static_cast<char>(random() % one_in == 0);
+  return is_split;
+}
+
+/// Crossings in random cuts, with the dependencies and without.
+struct Tally {
+  std::size_t cuts = 0;
+  std::size_t crossings = 0;
+  std::size_t cuts_crossed_without = 0;
+};
+
+Tally try_cuts(const Built& built, int cuts, std::mt19937& random) {
+  const RecordStream bare = without_dependencies(built.records);
+  Tally tally;
+  for (int i = 0; i < cuts; ++i) {
+    const std::vector<char> wanted = i % 4 == 3 ? scattered(built, random) : checkerboard(built, random);
+    std::vector<char> is_split = wanted;
+    test::close_cut(built.records, is_split);
+    tally.crossings += crossings(built.records, built.prepared.points, is_split);
+    ++tally.cuts;
+    std::vector<char> bare_split = wanted;
+    test::close_cut(bare, bare_split);
+    if (bare_split != is_split)
+      tally.cuts_crossed_without += static_cast<std::size_t>(crossings(bare, built.prepared.points, bare_split) > 0);
+  }
+  return tally;
+}
+
+/// Without its dependencies each record that has one takes part in a cut that crosses itself: that of what it needs
+/// and of what is needed to undo the faces made by the record it should need. Returns the dependencies looked at.
+std::size_t check_each_is_needed(const Built& built, std::size_t most) {
+  const RecordStream bare = without_dependencies(built.records);
+  const std::vector<std::size_t> consumer = consumers(bare);
+  std::size_t looked_at = 0;
+  const std::size_t step = std::max<std::size_t>(1, built.records.also_needs.size() / most);
+  std::size_t number = 0;
+  for (std::size_t r = 0; r < bare.size(); ++r)
+    for (const std::uint32_t other : built.records.others_needed(r)) {
+      if (number++ % step != 0) continue;
+      ++looked_at;
+      std::size_t crossed = 0;
+      // One of the faces made there crosses one consumed here; to have it stand its consumer is split, if there is one.
+      for (std::uint32_t m = 0; m < bare.modified_count[other] && crossed == 0; ++m) {
+        std::vector<char> is_split(bare.size());
+        is_split[r] = 1;
+        if (const std::size_t by = consumer[bare.coarse_begin[other].index() + m]; by != test::CutMesh::kOriginal)
+          is_split[by] = 1;
+        test::close_cut(bare, is_split);
+        CHECK(is_split[other] == 0);
+        crossed = crossings(bare, built.prepared.points, is_split);
+      }
+      CHECK(crossed > 0);
+    }
+  return looked_at;
+}
+
+/// Two sheets of one layer of cells, a small gap apart, waved alike, joined along one side.
+TetMesh double_sheet(int cells, double gap, double wave) {
+  const TetMesh flat = test::grid({{cells, cells, 3}, [](int x, int, int z) { return z != 1 || x == 0; }, 0, 1});
+  const std::array<double, 4> height = {0, 8, 8 + gap, 16 + gap};
+  std::vector<Point> positions;
+  for (std::uint32_t v = 0; v < flat.vertex_count(); ++v) {
+    Point p = flat.position(VertexId{v});
+    p[2] = height.at(static_cast<std::size_t>(p[2] / 16));
+    // The same in all layers.
+    const double x = p[0], y = p[1];
+    p[0] += 2 * std::sin(3 * x + y);
+    p[1] += 2 * std::sin(x - 2 * y);
+    p[2] += wave * std::sin(x / 20) * std::cos(y / 26) + std::sin(2 * x + 5 * y) / 4;
+    positions.push_back(p);
+  }
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const Tet& tet : flat.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+  test::add_test_fields(mesh);
+  return mesh;
+}
+
+} // namespace
+
+TEST_CASE("cuts of thin double sheets do not cross themselves") {
+  std::mt19937 random(17);
+  std::size_t dependencies = 0;
+  std::size_t crossed_without = 0;
+  std::size_t pairs_without = 0;
+  for (const double gap : {1.0, 4.0})
+    for (const double wave : {0.0, 8.0, 20.0}) {
+      INFO("gap " << gap << ", wave " << wave);
+      const Built built = build_to_the_end(double_sheet(14, gap, wave));
+      CHECK(built.records.validate().empty());
+      REQUIRE(crossings(built.records, built.prepared.points, std::vector<char>(built.records.size(), 1)) == 0);
+      const Tally tally = try_cuts(built, 30, random);
+      CHECK(tally.crossings == 0);
+      check_each_is_needed(built, 8);
+      CHECK(pairs_in_one_cut(built.records, built.prepared.points) == 0);
+      dependencies += built.records.also_needs.size();
+      crossed_without += tally.cuts_crossed_without;
+      pairs_without += pairs_in_one_cut(without_dependencies(built.records), built.prepared.points);
+    }
+  CHECK(dependencies > 0);
+  CHECK(crossed_without > 0);
+  CHECK(pairs_without > dependencies);
+}
+
+TEST_CASE("dependencies and squared errors are the same on any number of threads") {
+  const PreparedMesh prepared = prepare(double_sheet(12, 1, 20));
+  BuildOptions options;
+  options.target_vertices = 0;
+  options.max_domain_error = {1, true};
+  BuildReport report;
+  options.threads = 1;
+  const RecordStream one = build::build_records(prepared, options, report, {});
+  REQUIRE(!one.also_needs.empty());
+  options.threads = 4;
+  const RecordStream four = build::build_records(prepared, options, report, {});
+  CHECK(one.also_needs == four.also_needs);
+  CHECK(one.also_needs_begin == four.also_needs_begin);
+  CHECK(one.squared_error == four.squared_error);
+}
+
+#ifdef PTET_TEST_WITH_VTK
+TEST_CASE("cuts of thin real parts do not cross themselves") {
+  std::mt19937 random(23);
+  for (const char* const name : {"pulley.vtu", "fea_bracket.vtu"}) {
+    const auto path = test::data_file(name);
+    if (!path) {
+      WARN(name << " is not there: looked in " << test::data_dir() << "; set PTET_DATA. Skipped.");
+      continue;
+    }
+    INFO(name);
+    const Built built = build_to_the_end(read_mesh(*path));
+    const Tally tally = try_cuts(built, 12, random);
+    CHECK(tally.crossings == 0);
+    check_each_is_needed(built, 4);
+    CHECK(pairs_in_one_cut(built.records, built.prepared.points) == 0);
+  }
+}
+#else
+TEST_CASE("cuts of thin real parts do not cross themselves") {
+  WARN("skipped: built without VTK, which reads the real meshes");
+}
+#endif
