@@ -207,6 +207,7 @@ void Dump::annotate_blocks() {
     out_ << "block " << b << '\n';
     auto in = part(info.offset, info.stored_bytes, "block", printer(' '));
     static_cast<void>(parse_runs(in, info.record_count));
+    static_cast<void>(parse_others(in, static_cast<std::uint32_t>(b), reader_.blocks()));
     const std::size_t left = in.remaining();
     if (left > 0) put_range(out_, ' ', info.offset + in.position(), range(info.offset + in.position(), left), "coded:");
     for (std::uint32_t i = 0; i < info.record_count; ++i)
@@ -232,6 +233,11 @@ void Dump::describe_record(RecordId r) {
   const std::size_t codes = content_.errors_per_record;
   for (std::size_t i = 0; i < codes; ++i) {
     out_ << ' ' << content_.own[r.index() * codes + i] << " / " << content_.monotone[r.index() * codes + i];
+  }
+  if (const auto parents = refinement.parents(r); !parents.empty()) {
+    out_ << "\n             after records";
+    for (const RecordId parent : parents)
+      out_ << ' ' << parent.index();
   }
   out_ << "\n             makes";
   for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k) {

@@ -327,4 +327,36 @@ std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count
   return generations;
 }
 
+std::span<const RecordId> OtherParents::of(RecordId r) const {
+  const auto found = std::lower_bound(records.begin(), records.end(), r);
+  if (found == records.end() || *found != r) return {};
+  const auto i = static_cast<std::size_t>(found - records.begin());
+  return {parents.data() + begin[i], parents.data() + begin[i + 1]};
+}
+
+OtherParents parse_others(ByteReader& in, std::uint32_t block, std::span<const BlockInfo> blocks) {
+  const BlockInfo& info = blocks[block];
+  OtherParents others;
+  const std::uint64_t count = in.get_count("records with other parents", info.record_count);
+  std::uint64_t next = 0;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    next += in.get_count("record", info.record_count);
+    if (next >= info.record_count) in.fail("a record with other parents is not of the block");
+    others.records.emplace_back(info.first_record + static_cast<std::uint32_t>(next++));
+    // Each takes two bytes at least.
+    const std::uint64_t parents = in.get_count("number of other parents", in.remaining() / 2);
+    if (parents == 0) in.fail("a record with other parents has none");
+    for (std::uint64_t k = 0; k < parents; ++k) {
+      const std::uint64_t source = in.get_count("block of the parent", info.needs.size());
+      const BlockInfo& home = source == 0 ? info : blocks[info.needs[source - 1]];
+      const std::uint64_t index = in.get_count("parent", home.record_count - std::uint64_t{1});
+      const RecordId parent{home.first_record + static_cast<std::uint32_t>(index)};
+      if (k > 0 && parent <= others.parents.back()) in.fail("other parents are out of order");
+      others.parents.push_back(parent);
+    }
+    others.begin.push_back(static_cast<std::uint32_t>(others.parents.size()));
+  }
+  return others;
+}
+
 } // namespace ptet::file

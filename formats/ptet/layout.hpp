@@ -68,6 +68,15 @@ struct Layout {
   InitialProbabilities initial;
 };
 
+/// Records of one block that depend on others than the makers of C(r). Most blocks have none.
+struct OtherParents {
+  std::vector<RecordId> records;       ///< ascending
+  std::vector<std::uint32_t> begin{0}; ///< records.size() + 1 offsets into `parents`
+  std::vector<RecordId> parents;       ///< of each record at least one, ascending
+
+  [[nodiscard]] std::span<const RecordId> of(RecordId r) const;
+};
+
 [[nodiscard]] std::uint64_t hash_of(std::span<const std::byte> bytes);
 /// Undoes Section compression. Throws Error(kCorruptFile).
 [[nodiscard]] std::vector<std::byte> expand(const Section& section, std::vector<std::byte> stored);
@@ -87,6 +96,8 @@ struct Layout {
                                           std::vector<PointArray>& arrays);
 /// The runs at the start of a block: how many records of which generation. Returns generations in order of records.
 [[nodiscard]] std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count);
+/// The dependencies that follow the runs: for records of a block what they need besides the makers of C(r).
+[[nodiscard]] OtherParents parse_others(ByteReader& in, std::uint32_t block, std::span<const BlockInfo> blocks);
 
 // And the way back.
 void put_header(ByteWriter& out, const FixedHeader& fixed);
@@ -98,5 +109,6 @@ void put_manifest(ByteWriter& out, const Manifest& manifest);
 void put_base(ByteWriter& out, const PointArray& positions, const std::vector<PointArray>& arrays,
               std::uint32_t vertex_count, const std::vector<Tet>& tets);
 void put_runs(ByteWriter& out, std::span<const std::uint32_t> generations);
+void put_others(ByteWriter& out, std::uint32_t block, std::span<const BlockInfo> blocks, const OtherParents& others);
 
 } // namespace ptet::file

@@ -140,4 +140,25 @@ void put_runs(ByteWriter& out, std::span<const std::uint32_t> generations) {
   }
 }
 
+void put_others(ByteWriter& out, std::uint32_t block, std::span<const BlockInfo> blocks, const OtherParents& others) {
+  const BlockInfo& info = blocks[block];
+  out.put_varint(others.records.size());
+  std::uint32_t next = info.first_record;
+  for (std::size_t i = 0; i < others.records.size(); ++i) {
+    out.put_varint(others.records[i].index() - next);
+    next = others.records[i].index() + 1;
+    out.put_varint(others.begin[i + 1] - others.begin[i]);
+    for (std::uint32_t k = others.begin[i]; k < others.begin[i + 1]; ++k) {
+      const std::uint32_t parent = others.parents[k].index();
+      const auto holds = [&](const BlockInfo& home) {
+        return parent >= home.first_record && parent - home.first_record < home.record_count;
+      };
+      const auto place = std::find_if(info.needs.begin(), info.needs.end(),
+                                      [&](std::uint32_t needed) { return holds(blocks[needed]); });
+      out.put_varint(holds(info) ? 0 : static_cast<std::uint64_t>(place - info.needs.begin()) + 1);
+      out.put_varint(parent - (holds(info) ? info : blocks[*place]).first_record);
+    }
+  }
+}
+
 } // namespace ptet::file

@@ -70,10 +70,8 @@ void order_base(const TetMesh& mesh, const RecordStream& records, const std::vec
 std::vector<std::uint32_t> generations_of(const RecordStream& records, const std::vector<std::uint32_t>& consumers) {
   std::vector<std::uint32_t> generation(records.size());
   for (std::size_t i = records.size(); i-- > 0;) {
-    const std::uint32_t first = records.coarse_begin[i].index();
-    for (std::uint32_t t = first; t < first + records.modified_count[i]; ++t) {
-      if (consumers[t] != RecordId::kNone) generation[i] = std::max(generation[i], generation[consumers[t]] + 1);
-    }
+    for_each_parent(records, consumers, i,
+                    [&](std::uint32_t parent) { generation[i] = std::max(generation[i], generation[parent] + 1); });
   }
   return generation;
 }
@@ -89,10 +87,8 @@ std::vector<ErrorCode16> needed_at(const RecordStream& records, const std::vecto
     for (std::size_t f = 0; f < fields; ++f)
       raise(i, records.field_error[i * fields + f], records.fields[f].range);
     raise(i, records.domain_error[i], records.diagonal);
-    const std::uint32_t first = records.coarse_begin[i].index();
-    for (std::uint32_t t = first; t < first + records.modified_count[i]; ++t) {
-      if (consumers[t] != RecordId::kNone) code[consumers[t]] = std::max(code[consumers[t]], code[i]);
-    }
+    for_each_parent(records, consumers, i,
+                    [&](std::uint32_t parent) { code[parent] = std::max(code[parent], code[i]); });
   }
   return code;
 }

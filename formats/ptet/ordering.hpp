@@ -27,6 +27,18 @@ struct FileOrder {
 /// For each version of the stream the record that consumed it; RecordId::kNone for those of the base.
 [[nodiscard]] std::vector<std::uint32_t> find_consumers(const RecordStream& records);
 
+/// Calls `visit` with each stream record that must be split before `record`: those that consumed what it made, and the
+/// others it needs. May repeat one.
+template <class Visit>
+void for_each_parent(const RecordStream& records, const std::vector<std::uint32_t>& consumers, std::size_t record,
+                     Visit&& visit) {
+  const std::uint32_t first = records.coarse_begin[record].index();
+  for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
+    if (consumers[t] != RecordId::kNone) visit(consumers[t]);
+  for (const std::uint32_t other : records.others_needed(record))
+    visit(other);
+}
+
 /// `consumers`: see above. The order depends on the mesh and the stream alone.
 [[nodiscard]] FileOrder order_file(const TetMesh& mesh, const RecordStream& records,
                                    const std::vector<std::uint32_t>& consumers, std::uint32_t records_per_block);

@@ -50,6 +50,7 @@ decltype(auto) at_offset(std::uint64_t offset, F&& f) {
 /// A block that is being decoded.
 struct OpenBlock {
   std::uint32_t block;
+  OtherParents others;
   BlockState state;
   RangeDecoder decoder;
   std::uint64_t versions = 0;
@@ -238,8 +239,10 @@ void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
       }
       runs.back().last_record = info.first_record + i;
     }
+    OtherParents others = parse_others(in, block, blocks_);
     const std::size_t start = in.position();
     open.push_back({block,
+                    std::move(others),
                     BlockState(block, info.needs.size(), d.schema->code_count()),
                     RangeDecoder(d.initial, std::move(bytes), start),
                     0,
@@ -258,7 +261,7 @@ void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
     at_offset(blocks_[block.block].offset, [&] {
       for (std::uint32_t index = run.first_record; index <= run.last_record; ++index) {
         const RecordId r{index};
-        d.codec->code(block.decoder, block.state, content, r, NothingKnown{});
+        d.codec->code(block.decoder, block.state, content, r, NothingKnown{}, block.others.of(r));
         block.versions += content.refinement.fine_count(r);
         if (block.versions > most_versions) fail_record(r, "its block makes more tets than the table says");
         check_record(r, block.block, content);

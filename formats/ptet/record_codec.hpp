@@ -208,9 +208,10 @@ public:
       : schema_(schema), blocks_(blocks), marks_(vertex_count + 1) {}
 
   /// Codes record `r` and applies its split. The writer's `content` holds all values beforehand, the reader's gets
-  /// those of the record.
+  /// those of the record. `others`: parents that are not told by the region.
   template <class Coder, class Known>
-  void code(Coder& coder, BlockState& state, Content& content, RecordId r, const Known& known) {
+  void code(Coder& coder, BlockState& state, Content& content, RecordId r, const Known& known,
+            std::span<const RecordId> others) {
     next_stamp();
     bits_mark_ = bits_of_coder(coder);
     code_seeds(coder, state, content, r, known);
@@ -219,13 +220,14 @@ public:
     account(coder, bits_.position);
     u_position_ = position(content, target_);
     v_position_ = position(content, content.refinement.vertex_of(r));
-    content.refinement.split(r, target_, seed_versions_, [&](const GrowthFace& face) {
+    const auto joins = [&](const GrowthFace& face) {
       if constexpr (Known::kWriter) {
         return code_growth(coder, content, face, known.in_region(face.behind));
       } else {
         return code_growth(coder, content, face, false);
       }
-    });
+    };
+    content.refinement.split(r, target_, seed_versions_, joins, others);
     account(coder, bits_.growth);
     weigh_link(content, r);
     code_arrays(coder, content, r);

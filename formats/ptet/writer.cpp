@@ -51,6 +51,7 @@ private:
   [[nodiscard]] Content full_content() const;
   [[nodiscard]] std::size_t record_count() const { return records_.size(); }
   [[nodiscard]] std::uint32_t parent_of(VersionId stream_version) const { return consumers_[stream_version.index()]; }
+  void note_others(OtherParents& others, RecordId r) const;
   void match_base(const Refinement& refinement);
   void match_fine(const Refinement& refinement, RecordId r, std::size_t record);
   [[nodiscard]] Seed seed_at(const Refinement& refinement, const BlockInfo& block, std::uint32_t number,
@@ -76,6 +77,7 @@ private:
   std::vector<Tet> base_tets_;
   std::vector<BlockInfo> infos_;
   std::vector<TableRow> rows_;
+  std::vector<OtherParents> others_;     ///< by block
   std::vector<std::uint32_t> stream_of_; ///< stream version of each version of the refinement
   std::vector<VersionId> version_of_;    ///< and back
   std::vector<std::uint64_t> seed_begin_;
@@ -206,16 +208,13 @@ void Encoding::number_errors() {
       own_[row + c] = code_of(records_.field_error[i * fields + field_of[c]], schema_->scale[c]);
     }
     own_[row + codes - 1] = code_of(records_.domain_error[i], schema_->scale.back());
-    const std::uint32_t first = records_.coarse_begin[i].index();
     for (std::size_t c = 0; c < codes; ++c)
       monotone_[row + c] = std::max(monotone_[row + c], own_[row + c]);
-    for (std::uint32_t t = first; t < first + records_.modified_count[i]; ++t) {
-      if (consumers_[t] == RecordId::kNone) continue;
-      const std::size_t parent = file_record_[consumers_[t]] * codes;
-      for (std::size_t c = 0; c < codes; ++c) {
+    for_each_parent(records_, consumers_, i, [&](std::uint32_t stream_parent) {
+      const std::size_t parent = file_record_[stream_parent] * codes;
+      for (std::size_t c = 0; c < codes; ++c)
         monotone_[parent + c] = std::max(monotone_[parent + c], monotone_[row + c]);
-      }
-    }
+    });
   }
 }
 
@@ -234,9 +233,20 @@ void Encoding::make_base() {
   fixed_.header.base_tet_count = static_cast<std::uint32_t>(base_tets_.size());
 }
 
+void Encoding::note_others(OtherParents& others, RecordId r) const {
+  const auto needed = records_.others_needed(order_.stream_record[r.index()]);
+  if (needed.empty()) return;
+  others.records.push_back(r);
+  for (const std::uint32_t record : needed)
+    others.parents.emplace_back(file_record_[record]);
+  std::sort(others.parents.begin() + others.begin.back(), others.parents.end());
+  others.begin.push_back(static_cast<std::uint32_t>(others.parents.size()));
+}
+
 void Encoding::find_needs() {
   infos_.resize(order_.blocks.size());
   rows_.resize(order_.blocks.size());
+  others_.resize(order_.blocks.size());
   const std::size_t codes = schema_->code_count();
   for (std::uint32_t b = 0; b < infos_.size(); ++b) {
     BlockInfo& info = infos_[b];
@@ -247,12 +257,11 @@ void Encoding::find_needs() {
     info.max_error.resize(codes);
     for (std::uint32_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
       const std::uint32_t record = order_.stream_record[r];
-      const std::uint32_t first = records_.coarse_begin[record].index();
-      for (std::uint32_t t = first; t < first + records_.modified_count[record]; ++t) {
-        if (consumers_[t] == RecordId::kNone) continue;
-        const std::uint32_t home = block_of_[file_record_[consumers_[t]]];
+      for_each_parent(records_, consumers_, record, [&](std::uint32_t parent) {
+        const std::uint32_t home = block_of_[file_record_[parent]];
         if (home != b) info.needs.push_back(home);
-      }
+      });
+      note_others(others_[b], RecordId{r});
       rows_[b].version_count += static_cast<std::uint32_t>(records_.consumed(record).size());
       for (std::size_t c = 0; c < codes; ++c)
         info.max_error[c] = std::max(info.max_error[c], monotone_[r * codes + c]);
@@ -405,7 +414,8 @@ void Encoding::code_all(Content& content, RecordCodec& codec, CoderOf&& coder_of
     const std::uint32_t count = records_.modified_count[record];
     const auto in_region = [&](VersionId behind) { return stream_of_[behind.index()] - first < count; };
     const std::span<const Seed> seeds(seeds_.data() + seed_begin_[done], seeds_.data() + seed_begin_[done + 1]);
-    codec.code(coder_of(state.block), state, content, r, RecordKnown<decltype(in_region)>{seeds, in_region});
+    codec.code(coder_of(state.block), state, content, r, RecordKnown<decltype(in_region)>{seeds, in_region},
+               others_[state.block].of(r));
     if (version_of_[records_.consumed(record).front().index()].is_none()) match_fine(content.refinement, r, record);
     codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
   }
@@ -434,10 +444,11 @@ void Encoding::code_blocks() {
   code_all(
       content, codec, [&](std::uint32_t block) -> RangeEncoder& { return encoders[block]; },
       [](const BlockState&, RecordId, std::size_t) {}, "writing records");
-  for (std::size_t b = 0; b < infos_.size(); ++b) {
+  for (std::uint32_t b = 0; b < infos_.size(); ++b) {
     ByteWriter out;
     const std::span generations(order_.generation);
     put_runs(out, generations.subspan(infos_[b].first_record, infos_[b].record_count));
+    put_others(out, b, infos_, others_[b]);
     out.put_bytes(encoders[b].finish());
     const std::uint64_t least = std::max(
         (rows_[b].version_count + kMaxVersionsPerByte - 1) / kMaxVersionsPerByte,

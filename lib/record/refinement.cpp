@@ -138,9 +138,12 @@ void Refinement::fail(RecordId r, const char* what) {
   throw Error(ErrorCode::kCorruptFile, "record " + std::to_string(r.index()) + " cannot be applied: " + what);
 }
 
-void Refinement::begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds) {
+void Refinement::begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds,
+                             std::span<const RecordId> others) {
   if (r.index() >= record_count() || applied(r)) fail(r, "it is applied already, or there is no such record");
   if (target.index() >= base_vertex_count_ + record_count()) fail(r, "its target is no vertex");
+  for (const RecordId other : others)
+    if (other.index() >= record_count() || !applied(other)) fail(r, "a record that it depends on is not applied");
   if (seeds.empty() || seeds.size() > kMaxRegion) fail(r, "it names no place in the mesh");
   region_.clear();
   for (const VersionId seed : seeds) {
@@ -152,9 +155,9 @@ void Refinement::begin_split(RecordId r, VertexId target, std::span<const Versio
   }
 }
 
-void Refinement::finish_split(RecordId r, VertexId target) {
+void Refinement::finish_split(RecordId r, VertexId target, std::span<const RecordId> others) {
   measure_region(r);
-  store_parents(r);
+  store_parents(r, others);
   const std::size_t fine = region_.size() + rim_.size();
   if (versions_.size() + fine >= kNone || live_.size() + rim_.size() >= kMaxLive)
     throw Error(ErrorCode::kLimit, "the mesh is too large: more tets than 32-bit ids can name");
@@ -199,20 +202,22 @@ void Refinement::measure_region(RecordId r) {
   added_tet_count_[r.index()] = static_cast<std::uint16_t>(added);
 }
 
-void Refinement::store_parents(RecordId r) {
+void Refinement::store_parents(RecordId r, std::span<const RecordId> others) {
   const std::uint32_t current = applied_count_ + 1;
   const std::size_t begin = parents_.size();
-  if (begin + region_.size() >= kNone)
+  if (begin + region_.size() + others.size() >= kNone)
     throw Error(ErrorCode::kLimit, "the mesh is too large: more dependencies than 32-bit ids can name");
-  for (const RegionTet& tet : region_) {
-    const RecordId parent = consumer(VersionId{live_[tet.place].version});
-    if (parent.is_none() || mark_of(vertex_of(parent)).is_parent == current) continue;
-    mark_of(vertex_of(parent)).is_parent = current;
-    parents_.push_back(parent);
-  }
+  const auto add = [&](RecordId parent) {
+    VertexMark& mark = mark_of(vertex_of(parent));
+    if (std::exchange(mark.is_parent, current) != current) parents_.push_back(parent);
+  };
+  for (const RegionTet& tet : region_)
+    if (const RecordId parent = consumer(VersionId{live_[tet.place].version}); !parent.is_none()) add(parent);
+  for (const RecordId other : others)
+    add(other);
   std::sort(parents_.begin() + static_cast<std::ptrdiff_t>(begin), parents_.end());
   parent_begin_[r.index()] = static_cast<std::uint32_t>(begin);
-  parent_count_[r.index()] = static_cast<std::uint16_t>(parents_.size() - begin);
+  parent_count_[r.index()] = static_cast<std::uint32_t>(parents_.size() - begin);
 }
 
 void Refinement::replace_region(RecordId r) {

@@ -13,8 +13,9 @@
 // What the oracle may look at is only what is the same in every closed set of loaded records: u, v, the face, the
 // region's tet before the face, and not the tet behind it.
 //
-// A split is possible once the record's parents (the consumers of the versions in C(r)) are applied, in any order
-// that respects this; the versions' names, vertices and order are the same whatever that order was.
+// A split is possible once the record's parents are applied, in any order that respects this; the versions' names,
+// vertices and order are the same whatever that order was. The parents are the consumers of the versions in C(r), and
+// the records that a file names besides (RecordStream::also_needs).
 //
 // Source: after Cignoni et al. 2000, section 3 (vertex splits); De Floriani et al., dependencies of a
 // multi-tessellation.
@@ -62,10 +63,12 @@ public:
   /// `seeds`: versions of C(r) from which the rest is reached, present now and containing `target`.
   /// `joins(const GrowthFace&) -> bool`: see above; asked once for each face met, in an order that depends only on
   /// the record.
-  /// Throws Error(kCorruptFile) when the record is applied already, a seed is not a present tet at the target, or the
-  /// region is no disk around the new vertex (then the refinement must not be used further).
+  /// `others`: records that must be applied before, too; they become parents like those found.
+  /// Throws Error(kCorruptFile) when the record is applied already, one of `others` is not, a seed is not a present tet
+  /// at the target, or the region is no disk around the new vertex (then the refinement must not be used further).
   template <class Joins>
-  void split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins);
+  void split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins,
+             std::span<const RecordId> others = {});
 
   [[nodiscard]] bool applied(RecordId r) const { return !target_[r.index()].is_none(); }
   [[nodiscard]] std::uint32_t applied_count() const { return applied_count_; }
@@ -99,7 +102,8 @@ public:
     const std::uint32_t behind = live_[state_[t.index()]].neighbour[corner];
     return behind == kNone ? VersionId{} : VersionId{live_[behind].version};
   }
-  /// Records that must be applied before `r` (consumers of the versions in C(r), without repetition, ascending).
+  /// Records that must be applied before `r`: consumers of the versions in C(r) and the others that split() was given,
+  /// without repetition, ascending.
   [[nodiscard]] std::span<const RecordId> parents(RecordId r) const;
 
   /// Explains the first broken invariant; empty when all hold. O(versions).
@@ -135,10 +139,10 @@ private:
     std::uint32_t is_parent = 0;
   };
 
-  void begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds);
-  void finish_split(RecordId r, VertexId target);
+  void begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds, std::span<const RecordId> others);
+  void finish_split(RecordId r, VertexId target, std::span<const RecordId> others);
   void measure_region(RecordId r);
-  void store_parents(RecordId r);
+  void store_parents(RecordId r, std::span<const RecordId> others);
   void replace_region(RecordId r);
   void add_rim(RecordId r, VertexId target);
   void check_rim_is_one_cycle(RecordId r) const;
@@ -161,8 +165,8 @@ private:
   // By record.
   std::vector<VertexId> target_;
   std::vector<std::uint32_t> first_fine_;
-  std::vector<std::uint16_t> fine_count_, fine_tet_count_, added_tet_count_, parent_count_;
-  std::vector<std::uint32_t> parent_begin_;
+  std::vector<std::uint16_t> fine_count_, fine_tet_count_, added_tet_count_;
+  std::vector<std::uint32_t> parent_begin_, parent_count_;
   std::vector<RecordId> parents_;
 
   // By version. State: its place in live_ while it is present, kReplaced | creator afterwards.
@@ -195,8 +199,9 @@ inline void Refinement::join_region(std::uint32_t place) {
 }
 
 template <class Joins>
-void Refinement::split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins) {
-  begin_split(r, target, seeds);
+void Refinement::split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins,
+                       std::span<const RecordId> others) {
+  begin_split(r, target, seeds, others);
   const std::uint32_t current = applied_count_ + 1;
   for (std::size_t i = 0; i < region_.size(); ++i) {
     region_[i].u_corner = corner_of(versions_[live_[region_[i].place].version], target);
@@ -212,7 +217,7 @@ void Refinement::split(RecordId r, VertexId target, std::span<const VersionId> s
       join_region(behind);
     }
   }
-  finish_split(r, target);
+  finish_split(r, target, others);
 }
 
 } // namespace ptet

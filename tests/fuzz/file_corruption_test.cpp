@@ -6,6 +6,7 @@
 #include "ptet/error.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
+#include "support/stream_extras.hpp"
 
 #include <algorithm>
 #include <random>
@@ -47,7 +48,9 @@ Outcome try_to_read(Bytes bytes) {
 }
 
 Bytes sample_file(const TetMesh& mesh) {
-  return file::encode(mesh, simplify_naively(mesh), {"0.1.0", "sample", "xxh64:0", {{"option", "value"}}, {"note"}});
+  RecordStream records = simplify_naively(mesh);
+  add_random_dependencies(records, 6);
+  return file::encode(mesh, records, {"0.1.0", "sample", "xxh64:0", {{"option", "value"}}, {"note"}});
 }
 
 void flip(Bytes& bytes, std::size_t bit) {

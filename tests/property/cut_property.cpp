@@ -5,6 +5,7 @@
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
+#include "support/stream_extras.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,34 +41,53 @@ std::string bits_of(const PointArray& array) {
   return {reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size()};
 }
 
+/// `extras`: with dependencies between any two records, which only cuts that hold them may be made from.
+std::vector<Sample> make_samples(bool extras) {
+  std::vector<Sample> list;
+  for (auto& [name, mesh] : test::sample_meshes(23)) {
+    Sample sample{name, std::move(mesh), {}, {}, {}, {}, {}};
+    sample.stream = test::simplify_naively(sample.mesh);
+    if (extras) test::add_random_dependencies(sample.stream, 41);
+    sample.facts = test::examine(sample.mesh);
+    sample.bytes = file::encode(sample.mesh, sample.stream, {"test", name, "", {{"order", "random"}}, {"a note"}});
+    std::map<std::string, std::uint32_t> at;
+    for (std::uint32_t v = 0; v < sample.mesh.vertex_count(); ++v)
+      at[row_of(sample.mesh.positions, v)] = v;
+    const Extraction full = sample.open()->extract({});
+    for (std::size_t v = 0; v < full.mesh.vertex_count(); ++v)
+      sample.to_original.emplace_back(at.at(row_of(full.mesh.positions, v)));
+    file::Reader reader(file::over_memory(sample.bytes));
+    file::Content content = reader.read_base();
+    std::vector<std::uint32_t> blocks(reader.blocks().size());
+    std::iota(blocks.begin(), blocks.end(), 0U);
+    reader.load(blocks, content);
+    for (std::size_t i = 0; i < 2; ++i)
+      for (std::size_t r = 0; r < content.refinement.record_count(); ++r)
+        sample.own[i].push_back(
+            decode_error(content.own[r * content.errors_per_record + i], reader.header().arrays[i].range));
+    list.push_back(std::move(sample));
+  }
+  return list;
+}
+
 const std::vector<Sample>& samples() {
-  static const std::vector<Sample> made = [] {
-    std::vector<Sample> list;
-    for (auto& [name, mesh] : test::sample_meshes(23)) {
-      Sample sample{name, std::move(mesh), {}, {}, {}, {}, {}};
-      sample.stream = test::simplify_naively(sample.mesh);
-      sample.facts = test::examine(sample.mesh);
-      sample.bytes = file::encode(sample.mesh, sample.stream, {"test", name, "", {{"order", "random"}}, {"a note"}});
-      std::map<std::string, std::uint32_t> at;
-      for (std::uint32_t v = 0; v < sample.mesh.vertex_count(); ++v)
-        at[row_of(sample.mesh.positions, v)] = v;
-      const Extraction full = sample.open()->extract({});
-      for (std::size_t v = 0; v < full.mesh.vertex_count(); ++v)
-        sample.to_original.emplace_back(at.at(row_of(full.mesh.positions, v)));
-      file::Reader reader(file::over_memory(sample.bytes));
-      file::Content content = reader.read_base();
-      std::vector<std::uint32_t> blocks(reader.blocks().size());
-      std::iota(blocks.begin(), blocks.end(), 0U);
-      reader.load(blocks, content);
-      for (std::size_t i = 0; i < 2; ++i)
-        for (std::size_t r = 0; r < content.refinement.record_count(); ++r)
-          sample.own[i].push_back(
-              decode_error(content.own[r * content.errors_per_record + i], reader.header().arrays[i].range));
-      list.push_back(std::move(sample));
-    }
-    return list;
-  }();
+  static const std::vector<Sample> made = make_samples(false);
   return made;
+}
+const std::vector<Sample>& samples_with_extras() {
+  static const std::vector<Sample> made = make_samples(true);
+  return made;
+}
+
+/// For each record of the stream whether its vertex is in the mesh: whether its split is applied.
+std::vector<char> applied_in(const Sample& sample, const Extraction& extraction) {
+  std::vector<char> is_there(sample.mesh.vertex_count(), 0);
+  for (const VertexId v : extraction.vertex_in_file)
+    is_there[sample.to_original.at(v.index()).index()] = 1;
+  std::vector<char> applied;
+  for (const VertexId v : sample.stream.removed)
+    applied.push_back(is_there[v.index()]);
+  return applied;
 }
 
 /// The tets of an extraction in the numbering of the original mesh, sorted keeping their orientation.
@@ -323,6 +343,31 @@ TEST_CASE("random requests") {
       check_answer(sample, info, exact, with_origins);
     }
   }
+}
+
+TEST_CASE("random requests where records need others besides the makers of what they replace") {
+  std::size_t held = 0;
+  for (const Sample& sample : samples_with_extras()) {
+    const auto used = sample.open();
+    RandomRequests random(used->info(), 78);
+    for (int i = 0; i < 50; ++i) {
+      INFO(sample.name << ", request " << i);
+      const Request request = random.request();
+      const Extraction extraction = used->extract(request);
+      check_mesh(sample, extraction);
+      check_answer(sample, used->info(), request, extraction);
+      CHECK(same(extraction, sample.open()->extract(request)));
+      const std::vector<char> applied = applied_in(sample, extraction);
+      std::size_t broken = 0;
+      for (std::size_t record = 0; record < applied.size(); ++record)
+        for (const std::uint32_t other : sample.stream.others_needed(record)) {
+          broken += applied[record] != 0 && applied[other] == 0 ? 1 : 0;
+          held += applied[record] != 0 && extraction.limited_by != LimitedBy::kNothing ? 1 : 0;
+        }
+      CHECK(broken == 0);
+    }
+  }
+  CHECK(held > 1000);
 }
 
 TEST_CASE("a focus on a single point, where the domain has shrunk or grown too") {

@@ -53,22 +53,53 @@ Canonical canonical(const TetMesh& mesh) {
   return result;
 }
 
-void check_errors(const TetMesh& mesh, const RecordStream& records, const file::Header& header,
-                  const file::Content& content) {
-  // Which record is which is told by the vertex; vertices that repeat all bits are skipped.
+/// For each record of the stream that of the file; none where vertices repeat all bits and cannot be told apart.
+std::vector<RecordId> match_records(const TetMesh& mesh, const RecordStream& records, const file::Header& header,
+                                    const file::Content& content) {
   const TetMesh full = present_mesh(content);
   std::vector<std::pair<Row, std::uint32_t>> by_row;
   for (std::uint32_t r = 0; r < header.record_count; ++r) {
     by_row.emplace_back(row_of(full, content.refinement.vertex_of(RecordId{r})), r);
   }
   std::sort(by_row.begin(), by_row.end());
-  std::size_t below = 0, far_above = 0;
+  std::vector<RecordId> in_file(records.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Row row = row_of(mesh, records.removed[i]);
     const auto found = std::lower_bound(by_row.begin(), by_row.end(), std::pair(row, std::uint32_t{0}));
     if (found == by_row.end() || found->first != row) continue;
     if (found + 1 != by_row.end() && (found + 1)->first == row) continue;
-    const ErrorCode16* codes = content.own.data() + found->second * std::size_t{content.errors_per_record};
+    in_file[i] = RecordId{found->second};
+  }
+  return in_file;
+}
+
+void check_parents(const RecordStream& records, const std::vector<RecordId>& in_file, const file::Content& content) {
+  if (std::find(in_file.begin(), in_file.end(), RecordId{}) != in_file.end()) return;
+  std::vector<std::vector<RecordId>> expected(records.size());
+  std::vector<std::size_t> maker(records.versions.size(), records.size());
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (const VersionId t : records.consumed(i))
+      if (maker[t.index()] != records.size()) expected[maker[t.index()]].push_back(in_file[i]);
+    std::fill_n(maker.begin() + records.coarse_begin[i].index(), records.modified_count[i], i);
+  }
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (const std::uint32_t other : records.others_needed(i))
+      expected[i].push_back(in_file[other]);
+    std::sort(expected[i].begin(), expected[i].end());
+    expected[i].erase(std::unique(expected[i].begin(), expected[i].end()), expected[i].end());
+    const auto parents = content.refinement.parents(in_file[i]);
+    different += std::equal(parents.begin(), parents.end(), expected[i].begin(), expected[i].end()) ? 0 : 1;
+  }
+  CHECK(different == 0);
+}
+
+void check_errors(const RecordStream& records, const std::vector<RecordId>& in_file, const file::Header& header,
+                  const file::Content& content) {
+  std::size_t below = 0, far_above = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (in_file[i].is_none()) continue;
+    const ErrorCode16* codes = content.own.data() + in_file[i].index() * std::size_t{content.errors_per_record};
     const auto compare = [&](double error, ErrorCode16 code, double scale) {
       const double read = decode_error(code, scale);
       below += read < error ? 1 : 0;
@@ -141,7 +172,9 @@ void check_round_trip(const TetMesh& mesh, const RecordStream& records) {
     CHECK(read.point_arrays[i].components == mesh.point_arrays[i].components);
   }
   CHECK(canonical(read) == canonical(mesh));
-  check_errors(mesh, records, header, content);
+  const std::vector<RecordId> in_file = match_records(mesh, records, header, content);
+  check_parents(records, in_file, content);
+  check_errors(records, in_file, header, content);
 }
 
 void check_same_records(const file::Reader& reader, const file::Content& all, const file::Content& some) {

@@ -1,5 +1,6 @@
 // The pieces of the codec: range coder, ranks of numbers, decimals, archive.
 #include "formats/ptet/archive.hpp"
+#include "formats/ptet/layout.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/numbers.hpp"
 #include "formats/ptet/range_coder.hpp"
@@ -135,4 +136,50 @@ TEST_CASE("a varint has an end") {
   const std::vector<std::byte> bytes(20, std::byte{0xFF});
   ByteReader in(bytes, "test", 0);
   CHECK_THROWS_AS(in.get_varint("number"), Error);
+}
+
+TEST_CASE("other parents of a block: read back, and refused where they name what is not there") {
+  std::vector<BlockInfo> blocks(3);
+  for (std::uint32_t b = 0; b < 3; ++b) {
+    blocks[b].first_record = 10 * b;
+    blocks[b].record_count = 10;
+  }
+  blocks[2].needs = {1};
+  const auto parse = [&](std::vector<std::uint64_t> numbers) {
+    ByteWriter out;
+    for (const std::uint64_t number : numbers)
+      out.put_varint(number);
+    ByteReader in(out.bytes(), "block", 0);
+    return parse_others(in, 2, blocks);
+  };
+  OtherParents others;
+  others.records = {RecordId{23}, RecordId{29}};
+  others.begin = {0, 2, 3};
+  others.parents = {RecordId{11}, RecordId{22}, RecordId{10}};
+  ByteWriter out;
+  put_others(out, 2, blocks, others);
+  ByteReader in(out.bytes(), "block", 0);
+  const OtherParents read = parse_others(in, 2, blocks);
+  CHECK(in.remaining() == 0);
+  CHECK(read.records == others.records);
+  CHECK(read.begin == others.begin);
+  CHECK(read.parents == others.parents);
+  CHECK(read.of(RecordId{29}).size() == 1);
+  CHECK(read.of(RecordId{24}).empty());
+
+  CHECK(parse({0}).records.empty());
+  CHECK(parse({1, 9, 1, 0, 5}).of(RecordId{29}).front() == RecordId{25});
+  for (const auto& wrong : std::vector<std::vector<std::uint64_t>>{
+           {11},                        // more records than the block has
+           {1},                         // ends
+           {1, 10, 1, 0, 5},            // no record of the block
+           {2, 9, 1, 0, 5, 0, 1, 0, 5}, // the second one is none
+           {1, 3, 0, 0, 0},             // no parent
+           {1, 3, 1ULL << 40, 0, 5},    // more parents than bytes
+           {1, 3, 1, 2, 5},             // a block that is not needed
+           {1, 3, 1, 1, 10},            // no record of that block
+           {1, 3, 2, 0, 5, 0, 5},       // twice the same
+           {1, 3, 2, 0, 5, 1, 5},       // descending
+       })
+    CHECK_THROWS_AS(parse(wrong), Error);
 }

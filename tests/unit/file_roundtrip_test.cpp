@@ -6,6 +6,7 @@
 #include "support/file_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
+#include "support/stream_extras.hpp"
 
 #include <limits>
 #include <random>
@@ -20,6 +21,30 @@ TEST_CASE("a file gives back every vertex, value and tet of the mesh") {
     INFO(name);
     check_round_trip(mesh, simplify_naively(mesh));
   }
+}
+
+TEST_CASE("dependencies that the tets do not tell are read back") {
+  for (const auto& [name, mesh] : sample_meshes(4)) {
+    INFO(name);
+    RecordStream records = simplify_naively(mesh);
+    add_random_dependencies(records, 9);
+    REQUIRE(records.validate() == "");
+    REQUIRE(records.also_needs.size() > 4);
+    check_round_trip(mesh, records);
+  }
+}
+
+TEST_CASE("a file without further dependencies pays one byte a block for that") {
+  const TetMesh mesh = grid({{12, 12, 12}, {}, 2, 5});
+  RecordStream records = simplify_naively(mesh);
+  const std::size_t without = file::encode(mesh, records, {}).size();
+  // One that holds already costs what saying it costs.
+  const std::size_t last = records.size() - 1;
+  records.also_needs = {static_cast<std::uint32_t>(last)};
+  std::fill(records.also_needs_begin.begin() + 1, records.also_needs_begin.end(), std::uint64_t{1});
+  const std::size_t with = file::encode(mesh, records, {}).size();
+  CHECK(with > without);
+  CHECK(with < without + 100);
 }
 
 TEST_CASE("a mesh that cannot be simplified is a file without records") {
@@ -75,7 +100,8 @@ TEST_CASE("decimal numbers are coded as such and read back exactly") {
 
 TEST_CASE("any closed set of blocks decodes to the same records") {
   const TetMesh mesh = grid({{12, 12, 12}, {}, 2, 5});
-  const auto records = simplify_naively(mesh);
+  auto records = simplify_naively(mesh);
+  add_random_dependencies(records, 3, 400);
   const auto bytes = file::encode(mesh, records, {});
   file::Reader whole(file::over_memory(bytes));
   file::Content all = whole.read_base();

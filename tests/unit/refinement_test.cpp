@@ -202,3 +202,30 @@ TEST_CASE("refinement: regions that are no disk are refused") {
                        [&](VertexId v) { return v.index() > 1 && std::count(last.begin(), last.end(), v) != 0; }));
   CHECK(refused(annulus)); // all but two triangles that do not touch
 }
+
+TEST_CASE("refinement: a split may wait for others, which are parents then like those found") {
+  Refinement r({tet(0, 1, 2, 3)}, 4, 3);
+  const auto split = [&](std::uint32_t record, std::vector<RecordId> others) {
+    const VersionId seed = find(r, tet(0, 1, 2, 3));
+    r.split(
+        RecordId{record}, VertexId{0}, std::span(&seed, 1),
+        [&](const GrowthFace& face) { return r.is_ghost(face.behind) && face.c == VertexId{3}; }, others);
+  };
+  CHECK(code_of([&] { split(0, {RecordId{1}}); }) == ErrorCode::kCorruptFile);
+  CHECK(code_of([&] { split(0, {RecordId{0}}); }) == ErrorCode::kCorruptFile);
+  CHECK(code_of([&] { split(0, {RecordId{7}}); }) == ErrorCode::kCorruptFile);
+  CHECK(r.applied_count() == 0);
+  split(0, {});
+  CHECK(r.parents(RecordId{0}).empty());
+  // The tet (4 1 2 3) is of record 0, the tet (5 1 2 3) of record 1.
+  const auto split_again = [&](std::uint32_t record, std::vector<RecordId> others) {
+    const VersionId seed = r.first_fine(RecordId{record - 1});
+    r.split(
+        RecordId{record}, r.vertex_of(RecordId{record - 1}), std::span(&seed, 1),
+        [&](const GrowthFace& face) { return r.is_ghost(face.behind) && face.c == VertexId{3}; }, others);
+    return std::vector(r.parents(RecordId{record}).begin(), r.parents(RecordId{record}).end());
+  };
+  CHECK(split_again(1, {RecordId{0}, RecordId{0}}) == std::vector{RecordId{0}});
+  CHECK(split_again(2, {RecordId{0}}) == std::vector{RecordId{0}, RecordId{1}});
+  CHECK(r.validate() == "");
+}

@@ -54,4 +54,20 @@ TEST_CASE("record stream: every spoiled one is found out") {
   CHECK(verdict([](RecordStream& s) { s.field_error[0] = NAN; }) != "");
   CHECK(verdict([](RecordStream& s) { s.domain_error[0] = -1; }) != "");
   CHECK(verdict([](RecordStream& s) { s.fields[0].range = INFINITY; }) != "");
+  CHECK(verdict([](RecordStream& s) { s.also_needs.push_back(1); }) != "");
+  CHECK(verdict([](RecordStream& s) { s.also_needs_begin.pop_back(); }) != "");
+}
+
+TEST_CASE("record stream: other records needed are later ones, ascending") {
+  const auto needed_by_record_2 = [](std::vector<std::uint32_t> others) {
+    return [others](RecordStream& s) {
+      s.also_needs = others;
+      std::fill(s.also_needs_begin.begin() + 3, s.also_needs_begin.end(), others.size());
+    };
+  };
+  CHECK(verdict(needed_by_record_2({3, 5})) == "");
+  CHECK(verdict(needed_by_record_2({5, 3})) != "");
+  CHECK(verdict(needed_by_record_2({5, 5})) != "");
+  CHECK(verdict(needed_by_record_2({2})) != "");
+  CHECK(verdict(needed_by_record_2({static_cast<std::uint32_t>(good().size())})) != "");
 }
