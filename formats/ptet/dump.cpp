@@ -234,6 +234,9 @@ void Dump::describe_record(RecordId r) {
   for (std::size_t i = 0; i < codes; ++i) {
     out_ << ' ' << content_.own[r.index() * codes + i] << " / " << content_.monotone[r.index() * codes + i];
   }
+  if (!content_.squared_error.empty()) out_ << ", squared:";
+  for (std::size_t i = 0; !content_.squared_error.empty() && i + 1 < codes; ++i)
+    out_ << ' ' << content_.squared_error[r.index() * (codes - 1) + i];
   if (const auto parents = refinement.parents(r); !parents.empty()) {
     out_ << "\n             after records";
     for (const RecordId parent : parents)
@@ -268,6 +271,8 @@ void summarise(std::ostream& out, const std::string& path) {
   for (const double x : header.box_max)
     out << ' ' << number(x);
   out << "\ndiagonal        " << number(header.diagonal) << '\n';
+  if (header.volume > 0) out << "volume          " << number(header.volume) << '\n';
+  out << "squared errors  " << (header.has_squared_errors ? "measured" : "not measured") << '\n';
   for (const ArrayInfo& array : header.arrays) {
     out << "array           " << printable(array.name) << ": " << name_of(array.type) << " x " << array.components;
     if (array.governing) out << ", governing, range " << number(array.range);
@@ -289,8 +294,11 @@ void summarise(std::ostream& out, const std::string& path) {
     for (const ArrayInfo& array : header.arrays) {
       if (array.governing) out << ' ' << number(decode_error(info.max_error[code++], array.range));
     }
-    out << " domain " << number(decode_error(info.max_error[code], header.diagonal)) << ", needs " << info.needs.size()
-        << " blocks\n";
+    out << " domain " << number(decode_error(info.max_error[code], header.diagonal));
+    if (!info.squared_error.empty()) out << ", mean squares / range^2";
+    for (const double sum : info.squared_error)
+      out << ' ' << number(sum);
+    out << ", needs " << info.needs.size() << " blocks\n";
   }
 }
 

@@ -142,10 +142,14 @@ FixedHeader parse_header(ByteReader& in) {
   header.position_type = get_type(in, "position_type");
   for (int axis = 0; axis < 3; ++axis)
     fixed.position_digits.push_back(get_digits(in, header.position_type));
-  expect<std::uint16_t>(in, "reserved", 0);
+  const auto flags = in.get<std::uint16_t>("flags");
+  if ((flags & ~kHasSquaredErrors) != 0) in.fail("a reserved flag is set");
+  header.has_squared_errors = (flags & kHasSquaredErrors) != 0;
   get_box(in, header.box_min, header.box_max);
   header.diagonal = get_finite(in, "diagonal");
   if (header.diagonal < 0) in.fail("diagonal is negative");
+  header.volume = get_finite(in, "volume");
+  if (header.volume < 0 || (header.has_squared_errors && header.volume == 0)) in.fail("volume is not positive");
   // The hash over what came before is the header's last field; the reader has checked it.
   static_cast<void>(in.get<std::uint64_t>("header hash"));
 
@@ -228,7 +232,8 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
   const auto codes =
       1 + static_cast<std::size_t>(std::count_if(header.arrays.begin(), header.arrays.end(),
                                                  [](const ArrayInfo& array) { return array.governing; }));
-  const std::size_t least_row_bytes = 3 + 8 + 48 + 2 * codes + 1;
+  const std::size_t squared = header.has_squared_errors ? codes - 1 : 0;
+  const std::size_t least_row_bytes = 3 + 8 + 48 + 2 * codes + 8 * squared + 1;
   if (header.block_count > in.remaining() / least_row_bytes) in.fail("it is too short for its number of blocks");
   std::vector<TableRow> rows(header.block_count);
   std::uint64_t offset = blocks.offset, records = 0, versions = 0;
@@ -257,6 +262,10 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
     for (std::size_t i = 0; i < codes; ++i) {
       info.max_error.push_back(in.get<std::uint16_t>("max_error"));
       if (info.max_error.back() > kMaxErrorCode) in.fail("max_error is out of range");
+    }
+    for (std::size_t i = 0; i < squared; ++i) {
+      info.squared_error.push_back(in.get<double>("squared_error"));
+      if (!(std::fabs(info.squared_error.back()) <= kMaxSquaredErrorSum)) in.fail("squared_error is out of range");
     }
     info.needs.resize(
         in.get_count("number of needed blocks", std::min<std::uint64_t>(header.block_count - 1, in.remaining())));

@@ -16,13 +16,14 @@ namespace ptet::file {
 inline constexpr std::string_view kMagic{"\x89PTET\r\n\x1a", 8};
 inline constexpr std::string_view kEndMagic{"PTETEND\n", 8};
 inline constexpr std::uint32_t kVersion = 1;
-inline constexpr std::size_t kHeaderBytes = 120;
+inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kFooterBytes = 40;
 inline constexpr std::size_t kSectionBytes = 40;
 inline constexpr std::size_t kMaxSections = 64;
 
 enum class SectionKind : std::uint32_t { kArrays = 1, kModel = 2, kBase = 3, kBlocks = 4, kManifest = 5, kTable = 6 };
-inline constexpr std::uint32_t kMandatory = 1; ///< the one flag of a section
+inline constexpr std::uint32_t kMandatory = 1;        ///< the one flag of a section
+inline constexpr std::uint16_t kHasSquaredErrors = 1; ///< the one flag of the header
 [[nodiscard]] const char* name_of(SectionKind kind);
 
 /// One row of the directory. When stored_bytes < raw_bytes the section is a zstd frame, else it is stored as it is.

@@ -53,9 +53,10 @@ void put_header(ByteWriter& out, const FixedHeader& fixed) {
   out.put(static_cast<std::uint8_t>(header.position_type));
   for (const std::uint8_t digits : fixed.position_digits)
     out.put(digits);
-  out.put(std::uint16_t{0});
+  out.put(header.has_squared_errors ? kHasSquaredErrors : std::uint16_t{0});
   put_box(out, header.box_min, header.box_max);
   out.put(header.diagonal);
+  out.put(header.volume);
   out.put(hash_of(std::span(out.bytes()).subspan(start)));
 }
 
@@ -102,6 +103,8 @@ void put_table(ByteWriter& out, const std::vector<TableRow>& rows) {
     put_box(out, row.info.box_min, row.info.box_max);
     for (const ErrorCode16 code : row.info.max_error)
       out.put(code);
+    for (const double sum : row.info.squared_error)
+      out.put(sum);
     out.put_varint(row.info.needs.size());
     std::uint32_t next = 0;
     for (const std::uint32_t needed : row.info.needs) {

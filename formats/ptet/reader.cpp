@@ -176,6 +176,7 @@ Content Reader::read_base() {
           codes,
           std::vector<ErrorCode16>(errors),
           std::vector<ErrorCode16>(errors),
+          std::vector<SquaredErrorCode>(header_.has_squared_errors ? errors - header_.record_count : 0),
           std::vector<std::uint32_t>(header_.record_count),
           std::vector<char>(header_.block_count)};
 }
@@ -209,6 +210,20 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
     }
   }
   if (greatest != info.max_error) fail_file("a block's errors are not those of the table", info.offset);
+  // The table's sums are of numbers that the codes stand for, rounded up.
+  for (std::size_t i = 0; i < info.squared_error.size(); ++i) {
+    double least = 0, most = 0, slack = 0;
+    for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
+      const SquaredErrorCode code = content.squared_error[r * info.squared_error.size() + i];
+      const double upper = decode_squared_error(code);
+      const double lower = decode_squared_error(static_cast<SquaredErrorCode>(code - 1));
+      least += lower;
+      most += upper;
+      slack += 0x1p-40 * std::max(std::fabs(lower), std::fabs(upper));
+    }
+    if (info.squared_error[i] < least - slack || info.squared_error[i] > most + slack)
+      fail_file("a block's squared errors are not those of the table", info.offset);
+  }
 }
 
 void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {

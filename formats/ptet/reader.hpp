@@ -34,6 +34,8 @@ struct Header {
   Point box_min{};
   Point box_max{};
   double diagonal = 0; ///< scale of the domain error codes, mesh units
+  double volume = 0;   ///< of the original, mesh units cubed; 0 when it is not known
+  bool has_squared_errors = false;
 };
 
 /// One row of the block table. Records are numbered from coarse to fine levels; block b holds the records
@@ -47,6 +49,9 @@ struct BlockInfo {
   Point box_max{};
   /// Largest monotone error codes of its records: one per governing field, then the domain's.
   std::vector<ErrorCode16> max_error;
+  /// What its records raise the mean of |Phi - phi|^2 over the domain by, as a fraction of range^2; one per governing
+  /// field, empty when it was not measured.
+  std::vector<double> squared_error;
   /// Every block that holds a parent of one of its records, itself left out; ascending.
   std::vector<std::uint32_t> needs;
 };
@@ -61,6 +66,8 @@ struct Content {
   /// depends on r, so that { r : monotone > t } is a closed cut.
   std::vector<ErrorCode16> own;
   std::vector<ErrorCode16> monotone;
+  /// record_count x governing fields: see BlockInfo::squared_error; empty when it was not measured.
+  std::vector<SquaredErrorCode> squared_error;
   /// Rank in the dependency order: a record's parents have a smaller one.
   std::vector<std::uint32_t> generation;
   std::vector<char> block_loaded;

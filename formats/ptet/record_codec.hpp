@@ -6,6 +6,7 @@
 //   growth     one bit for each face met while the region grows
 //   arrays     of v, predicted from the vertices around it
 //   errors     own, and how much more the finer records that depend on it have
+//   squared    what the collapse raised the mean square errors by, predicted from the own error and the star's volume
 //
 // Everything used to predict is the same in every closed set of loaded blocks.
 #pragma once
@@ -134,10 +135,14 @@ struct BlockState {
   std::uint32_t last_rank = 0;
   std::vector<std::int32_t> last_own; ///< by error code
   std::vector<char> last_own_zero, last_above_zero;
+  /// By governing array: the sign of the last squared error (1: positive, 2: negative), and for both signs how much
+  /// above its estimate it has been of late, in 1/16 codes.
+  std::vector<std::uint8_t> last_squared_sign;
+  std::vector<std::array<std::int32_t, 2>> squared_drift;
 
   BlockState(std::uint32_t block_number, std::size_t needs, std::size_t codes)
       : block(block_number), recent(needs + 2), last_index(needs + 2), last_own(codes, 1280), last_own_zero(codes),
-        last_above_zero(codes) {
+        last_above_zero(codes), last_squared_sign(codes - 1), squared_drift(codes - 1) {
     for (std::size_t i = 0; i < recent.size(); ++i)
       recent[i] = static_cast<std::uint32_t>(i);
   }
@@ -198,7 +203,7 @@ struct RecordKnown {
 
 /// Bits coded of each kind, for measurements; a coder without bits() leaves it zero.
 struct CodedBits {
-  double seed = 0, position = 0, growth = 0, arrays = 0, errors = 0;
+  double seed = 0, position = 0, growth = 0, arrays = 0, errors = 0, squared = 0;
 };
 
 /// Codes records one after the other. Holds scratch for as many vertices as the mesh has.
@@ -234,6 +239,8 @@ public:
     account(coder, bits_.arrays);
     code_errors(coder, state, content, r);
     account(coder, bits_.errors);
+    if (schema_.has_squared_errors) code_squared_errors(coder, state, content, r);
+    account(coder, bits_.squared);
   }
 
   /// Extends a box by the star of the record coded last.
@@ -318,6 +325,11 @@ private:
   void code_arrays(Coder& coder, Content& content, RecordId r);
   template <class Coder>
   void code_errors(Coder& coder, BlockState& state, Content& content, RecordId r);
+  template <class Coder>
+  void code_squared_errors(Coder& coder, BlockState& state, Content& content, RecordId r);
+  template <class Coder>
+  std::int32_t code_near(Coder& coder, std::uint32_t first_context, std::int32_t expected, std::int32_t value);
+  [[nodiscard]] double six_star_volumes(const Content& content, RecordId r) const;
 
   struct Prediction {
     double value, spread;
@@ -567,6 +579,20 @@ void RecordCodec::code_arrays(Coder& coder, Content& content, RecordId r) {
   }
 }
 
+/// A code by its difference from what is expected: Schema::kErrorContexts contexts.
+template <class Coder>
+std::int32_t RecordCodec::code_near(Coder& coder, std::uint32_t first_context, std::int32_t expected,
+                                    std::int32_t value) {
+  const std::int32_t difference = value - expected;
+  const auto magnitude = static_cast<std::uint32_t>(std::abs(difference));
+  const std::uint32_t length =
+      code_tree(coder, first_context, 4, static_cast<std::uint32_t>(std::bit_width(magnitude)));
+  if (length == 0) return expected;
+  const bool negative = coder.bit(first_context + 64, difference < 0);
+  const auto coded = static_cast<std::int32_t>(code_mantissa(coder, first_context + 16, length, magnitude));
+  return expected + (negative ? -coded : coded);
+}
+
 template <class Coder>
 void RecordCodec::code_errors(Coder& coder, BlockState& state, Content& content, RecordId r) {
   const std::uint32_t codes = schema_.code_count();
@@ -582,15 +608,7 @@ void RecordCodec::code_errors(Coder& coder, BlockState& state, Content& content,
       const std::int32_t above = domain ? 0 : missed_[i] - expected;
       const std::uint32_t relation = static_cast<std::uint32_t>(std::clamp((above + 16 * 16) / 16 - 16 + 4, 0, 7));
       const std::uint32_t first = schema_.own + (i * Schema::kErrorClasses + relation) * Schema::kErrorContexts;
-      const std::int32_t difference = own - expected;
-      const auto magnitude = static_cast<std::uint32_t>(std::abs(difference));
-      const std::uint32_t length = code_tree(coder, first, 4, static_cast<std::uint32_t>(std::bit_width(magnitude)));
-      value = expected;
-      if (length > 0) {
-        const bool negative = coder.bit(first + 64, difference < 0);
-        const auto coded = static_cast<std::int32_t>(code_mantissa(coder, first + 16, length, magnitude));
-        value += negative ? -coded : coded;
-      }
+      value = code_near(coder, first, expected, own);
       if (value < 1 || value > kMaxErrorCode) fail_record(r, "an error is out of range");
       state.last_own[i] = value;
     }
@@ -607,6 +625,55 @@ void RecordCodec::code_errors(Coder& coder, BlockState& state, Content& content,
       value += static_cast<std::int32_t>(more) + 1;
     }
     monotone = static_cast<ErrorCode16>(value);
+  }
+}
+
+inline double RecordCodec::six_star_volumes(const Content& content, RecordId r) const {
+  double sum = 0;
+  const std::uint32_t first = content.refinement.first_fine(r).index();
+  for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t) {
+    const Tet& tet = content.refinement.vertices(VersionId{t});
+    if (content.refinement.is_ghost(VersionId{t})) continue;
+    const Point a = minus(position(content, tet[1]), v_position_), b = minus(position(content, tet[2]), v_position_);
+    sum += std::fabs(dot(cross(a, b), minus(position(content, tet[3]), v_position_)));
+  }
+  return sum;
+}
+
+// About the own error squared times the volume of the star: a code of either is the same step. How much less it is, the
+// records before tell.
+template <class Coder>
+void RecordCodec::code_squared_errors(Coder& coder, BlockState& state, Content& content, RecordId r) {
+  const auto logarithm = [](double x) {
+    return x > 0 ? static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(x) >> 49) : 0;
+  };
+  constexpr std::int32_t kAtOwnScale = 1600 - 1280;
+  const std::int32_t size = logarithm(six_star_volumes(content, r)) - logarithm(schema_.volume) + kAtOwnScale;
+  const std::size_t fields = schema_.governing.size();
+  std::int32_t deviation = 0; // of the array before
+  for (std::uint32_t i = 0; i < fields; ++i) {
+    const std::int32_t own = content.own[r.index() * (fields + 1) + i];
+    SquaredErrorCode& squared = content.squared_error[r.index() * fields + i];
+    std::uint8_t& last_sign = state.last_squared_sign[i];
+    const std::uint32_t no_error = own == 0 ? 1 : 0;
+    if (coder.bit(schema_.squared_zero + 4 * i + 2 * no_error + (last_sign == 0 ? 1 : 0), squared == 0)) {
+      squared = 0;
+      last_sign = 0;
+      continue;
+    }
+    const bool negative = coder.bit(schema_.squared_negative + 6 * i + 3 * no_error + last_sign, squared < 0);
+    last_sign = negative ? 2 : 1;
+    std::int32_t& drift = state.squared_drift[i][negative ? 1 : 0];
+    const std::int32_t estimate = own + size;
+    const std::int32_t expected = std::clamp<std::int32_t>(estimate + drift / 16, 1, kMaxSquaredErrorCode);
+    const auto relation = static_cast<std::uint32_t>(std::clamp(deviation / 8 + 4, 0, 7));
+    const std::uint32_t first =
+        schema_.squared + ((2 * i + (negative ? 1 : 0)) * Schema::kErrorClasses + relation) * Schema::kErrorContexts;
+    const std::int32_t value = code_near(coder, first, expected, std::abs(squared));
+    if (value < 1 || value > kMaxSquaredErrorCode) fail_record(r, "a squared error is out of range");
+    deviation = value - expected;
+    drift += (16 * std::clamp(value - estimate, -4096, 4096) - drift) / 8;
+    squared = static_cast<SquaredErrorCode>(negative ? -value : value);
   }
 }
 

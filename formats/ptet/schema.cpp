@@ -67,6 +67,13 @@ Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
   own = take(std::uint64_t{kErrorClasses} * kErrorContexts * code_count());
   above_zero = take(std::uint64_t{4} * code_count());
   above = take(std::uint64_t{kUintContexts} * code_count());
+  has_squared_errors = header.has_squared_errors;
+  volume = header.volume;
+  if (has_squared_errors) {
+    squared_zero = take(std::uint64_t{4} * governing.size());
+    squared_negative = take(std::uint64_t{6} * governing.size());
+    squared = take(std::uint64_t{2} * kErrorClasses * kErrorContexts * governing.size());
+  }
   context_count_ = static_cast<std::uint32_t>(count);
 }
 

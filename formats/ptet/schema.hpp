@@ -20,6 +20,8 @@ inline constexpr std::uint32_t kMaxComponents = 1024;
 /// What a block's bytes may stand for at most; the writer pads a block that says more.
 inline constexpr std::uint32_t kMaxVersionsPerByte = 32;
 inline constexpr std::uint32_t kMaxValueBytesPerByte = 256;
+/// No sum of squared error codes over a block is larger: 4096 records of 2^56.
+inline constexpr double kMaxSquaredErrorSum = 0x1p68;
 /// What a zstd frame may expand to, by its size.
 inline constexpr std::uint32_t kMaxExpansion = 1024;
 
@@ -61,6 +63,9 @@ public:
   std::uint32_t own = 0;                              ///< per code: kErrorClasses x kErrorContexts
   std::uint32_t above_zero = 0;                       ///< per code: 4
   std::uint32_t above = 0;                            ///< per code: uint
+  std::uint32_t squared_zero = 0;                     ///< per governing array: 4; these three only where measured
+  std::uint32_t squared_negative = 0;                 ///< per governing array: 6
+  std::uint32_t squared = 0;                          ///< per governing array: 2 signs x kErrorClasses x kErrorContexts
   static constexpr std::uint32_t kGrowthContexts = 8 * 64 * 4;
   static constexpr std::uint32_t kErrorClasses = 8;
   static constexpr std::uint32_t kErrorContexts = 16 + 16 * 3 + 1; ///< length tree, mantissa, sign
@@ -70,6 +75,8 @@ public:
   std::vector<std::uint32_t> governing; ///< arrays, ascending: the order of the error codes, domain last
   [[nodiscard]] std::uint32_t code_count() const { return static_cast<std::uint32_t>(governing.size()) + 1; }
   std::vector<double> scale; ///< of each error code
+  bool has_squared_errors = false;
+  double volume = 0;
 
 private:
   std::uint32_t context_count_ = 0;

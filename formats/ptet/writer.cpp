@@ -6,6 +6,7 @@
 #include "formats/whole_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <unordered_map>
 
@@ -41,6 +42,7 @@ public:
   void order();
   void describe();
   void number_errors();
+  void number_squared_errors();
   void make_base();
   void find_needs();
   void choose_seeds_and_train();
@@ -49,8 +51,10 @@ public:
 
 private:
   [[nodiscard]] Content full_content() const;
+  [[nodiscard]] std::vector<std::size_t> stream_fields() const;
   [[nodiscard]] std::size_t record_count() const { return records_.size(); }
   [[nodiscard]] std::uint32_t parent_of(VersionId stream_version) const { return consumers_[stream_version.index()]; }
+  [[nodiscard]] std::vector<double> squared_sums(const BlockInfo& info) const;
   void note_others(OtherParents& others, RecordId r) const;
   void match_base(const Refinement& refinement);
   void match_fine(const Refinement& refinement, RecordId r, std::size_t record);
@@ -74,6 +78,8 @@ private:
   PointArray positions_;
   std::vector<PointArray> arrays_;
   std::vector<ErrorCode16> own_, monotone_;
+  std::vector<double> squared_error_; ///< by file record and governing array, fractions of range^2 * volume
+  std::vector<SquaredErrorCode> squared_code_;
   std::vector<Tet> base_tets_;
   std::vector<BlockInfo> infos_;
   std::vector<TableRow> rows_;
@@ -145,6 +151,8 @@ void Encoding::describe() {
   header.block_count = static_cast<std::uint32_t>(order_.blocks.size());
   header.position_type = mesh_.positions.type;
   header.diagonal = records_.diagonal;
+  header.volume = records_.volume;
+  header.has_squared_errors = records_.has_squared_errors();
   std::vector<char> used(mesh_.vertex_count());
   for (const Tet& tet : mesh_.tets) {
     for (const VertexId v : tet)
@@ -182,18 +190,23 @@ void Encoding::describe() {
   schema_.emplace(header, digits_);
 }
 
+/// For each governing array its place among the fields of the stream, which may have them in another order.
+std::vector<std::size_t> Encoding::stream_fields() const {
+  std::vector<std::size_t> field_of(schema_->governing.size());
+  for (std::size_t f = 0; f < records_.fields.size(); ++f) {
+    const auto place = std::find(schema_->governing.begin(), schema_->governing.end(), records_.fields[f].array);
+    field_of[static_cast<std::size_t>(place - schema_->governing.begin())] = f;
+  }
+  return field_of;
+}
+
 // Own errors are coded; the monotone ones gather, from fine to coarse, what depends on a record.
 void Encoding::number_errors() {
   const std::size_t codes = schema_->code_count();
   const std::size_t fields = records_.fields.size();
   own_.resize(record_count() * codes);
   monotone_.resize(own_.size());
-  // The stream may hold its fields in another order than the arrays.
-  std::vector<std::size_t> field_of(schema_->governing.size());
-  for (std::size_t f = 0; f < fields; ++f) {
-    const auto place = std::find(schema_->governing.begin(), schema_->governing.end(), records_.fields[f].array);
-    field_of[static_cast<std::size_t>(place - schema_->governing.begin())] = f;
-  }
+  const std::vector<std::size_t> field_of = stream_fields();
   const auto code_of = [&](double error, double scale) {
     if (!(error >= 0) || (error > 0 && !(scale > 0))) {
       throw Error(ErrorCode::kBadInput, "a record has an error that is negative, not a number or without a scale");
@@ -218,6 +231,29 @@ void Encoding::number_errors() {
   }
 }
 
+void Encoding::number_squared_errors() {
+  if (!records_.has_squared_errors()) return;
+  const std::size_t fields = records_.fields.size();
+  const std::vector<std::size_t> field_of = stream_fields();
+  squared_error_.resize(record_count() * fields);
+  squared_code_.resize(squared_error_.size());
+  for (std::size_t i = 0; i < record_count(); ++i) {
+    for (std::size_t c = 0; c < fields; ++c) {
+      const double squared = records_.squared_error[i * fields + field_of[c]], range = schema_->scale[c];
+      if (!std::isfinite(squared) || (squared != 0 && !(range > 0)))
+        throw Error(ErrorCode::kBadInput, "a record has a squared error that is not a number or without a scale");
+      // The divisions round; what they may take is added again.
+      double fraction = squared == 0 ? 0 : squared / range / range / records_.volume;
+      fraction += std::fabs(fraction) * 0x1p-50;
+      if (!(std::fabs(fraction) <= decode_squared_error(kMaxSquaredErrorCode)))
+        throw Error(ErrorCode::kLimit, "a squared error is too large for a .ptet file");
+      const std::size_t place = file_record_[i] * fields + c;
+      squared_error_[place] = fraction;
+      squared_code_[place] = encode_squared_error(fraction);
+    }
+  }
+}
+
 void Encoding::make_base() {
   for (std::size_t t = 0; t < records_.versions.size(); ++t) {
     if (consumers_[t] != RecordId::kNone) continue;
@@ -231,6 +267,22 @@ void Encoding::make_base() {
   }
   std::sort(base_tets_.begin(), base_tets_.end());
   fixed_.header.base_tet_count = static_cast<std::uint32_t>(base_tets_.size());
+}
+
+// Rounded up, so that no sum over blocks is below the truth.
+std::vector<double> Encoding::squared_sums(const BlockInfo& info) const {
+  if (!records_.has_squared_errors()) return {};
+  const std::size_t fields = records_.fields.size();
+  std::vector<double> sums(fields, 0), magnitudes(fields, 0);
+  for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
+    for (std::size_t c = 0; c < fields; ++c) {
+      sums[c] += squared_error_[r * fields + c];
+      magnitudes[c] += std::fabs(squared_error_[r * fields + c]);
+    }
+  }
+  for (std::size_t c = 0; c < fields; ++c)
+    sums[c] += magnitudes[c] * 0x1p-52 * (info.record_count + 1);
+  return sums;
 }
 
 void Encoding::note_others(OtherParents& others, RecordId r) const {
@@ -266,6 +318,7 @@ void Encoding::find_needs() {
       for (std::size_t c = 0; c < codes; ++c)
         info.max_error[c] = std::max(info.max_error[c], monotone_[r * codes + c]);
     }
+    info.squared_error = squared_sums(info);
     std::sort(info.needs.begin(), info.needs.end());
     info.needs.erase(std::unique(info.needs.begin(), info.needs.end()), info.needs.end());
     fixed_.version_count += rows_[b].version_count;
@@ -279,6 +332,7 @@ Content Encoding::full_content() const {
           schema_->code_count(),
           own_,
           monotone_,
+          squared_code_,
           order_.generation,
           std::vector<char>(infos_.size())};
 }
@@ -515,6 +569,7 @@ std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, 
   encoding.order();
   encoding.describe();
   encoding.number_errors();
+  encoding.number_squared_errors();
   encoding.make_base();
   encoding.find_needs();
   encoding.choose_seeds_and_train();

@@ -404,7 +404,6 @@ private:
     const auto errors = removed_.errors();
     for (std::size_t f = 0; f < errors.size(); ++f)
       stream_.field_error.push_back(errors[f] * fields_.fields()[f].range);
-    stream_.squared_error.resize(stream_.field_error.size());
     stream_.also_needs_begin.push_back(stream_.also_needs.size());
     stream_.domain_error.push_back(domain_error);
     report_.depth = std::max(report_.depth, height);

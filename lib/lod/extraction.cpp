@@ -1,7 +1,9 @@
 #include "lod/extraction.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace ptet {
 namespace {
@@ -97,7 +99,47 @@ std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& c
   return achieved;
 }
 
+/// A sum that is never below the true one by rounding.
+class RoundedUpSum {
+public:
+  void add(double x) {
+    sum_ += x;
+    magnitude_ += std::fabs(x);
+    ++count_;
+  }
+  [[nodiscard]] double value() const {
+    return sum_ + magnitude_ * (static_cast<double>(count_) * std::numeric_limits<double>::epsilon());
+  }
+
+private:
+  double sum_ = 0, magnitude_ = 0;
+  std::size_t count_ = 0;
+};
+
 } // namespace
+
+// The collapses that are not undone, each by what it raised the integral. Where a block has none undone its sum is in
+// the table, so the answer does not depend on what was read.
+std::vector<double> rms_error(const Hierarchy& hierarchy, const std::vector<char>& applied) {
+  if (!hierarchy.header().has_squared_errors) return {};
+  const std::size_t fields = hierarchy.errors_per_record() - std::size_t{1};
+  const std::vector<SquaredErrorCode>& codes = hierarchy.content().squared_error;
+  std::vector<RoundedUpSum> sums(fields);
+  for (const file::BlockInfo& block : hierarchy.blocks()) {
+    const char* const first = applied.data() + block.first_record;
+    const auto undone = static_cast<std::uint32_t>(std::count(first, first + block.record_count, 1));
+    for (std::size_t i = 0; i < fields && undone == 0; ++i)
+      sums[i].add(block.squared_error[i]);
+    if (undone == 0 || undone == block.record_count) continue;
+    for (std::size_t r = block.first_record; r < block.first_record + block.record_count; ++r)
+      for (std::size_t i = 0; i < fields && applied[r] == 0; ++i)
+        sums[i].add(decode_squared_error(codes[r * fields + i]));
+  }
+  std::vector<double> result;
+  for (const file::ArrayInfo& array : hierarchy.header().arrays)
+    if (array.governing) result.push_back(array.range * std::sqrt(std::max(0.0, sums[result.size()].value())));
+  return result;
+}
 
 Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_origins) {
   const file::Content& content = hierarchy.content();
@@ -135,6 +177,7 @@ Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_ori
   const std::vector<ErrorCode16> achieved = achieved_codes(hierarchy, cut, present);
   for (const file::ArrayInfo& array : hierarchy.header().arrays)
     if (array.governing) result.field_error.push_back(decode_error(achieved[result.field_error.size()], array.range));
+  result.rms_error = rms_error(hierarchy, cut.applied);
   result.domain_error = decode_error(achieved.back(), hierarchy.header().diagonal);
   return result;
 }

@@ -11,4 +11,8 @@ namespace ptet {
 /// depend on what was read when.
 [[nodiscard]] Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_origins);
 
+/// Extraction::rms_error of the cut in which the splits `applied` (by record) are. Blocks of which some are, and not
+/// all, are looked at record by record; they must have been read. The lock must be held.
+[[nodiscard]] std::vector<double> rms_error(const Hierarchy& hierarchy, const std::vector<char>& applied);
+
 } // namespace ptet

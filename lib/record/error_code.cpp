@@ -10,6 +10,8 @@ namespace {
 constexpr unsigned kCodesPerOctave = 16;
 // Code 0 of the scale 2^((c - 1280) / 16) stands at 2^-80.
 constexpr int kFirstExponent = -80;
+constexpr unsigned kSquaredCodesPerOctave = 8;
+constexpr int kFirstSquaredExponent = -200;
 
 // 2^(k/16), k = 0..15, to the nearest double: written out because std::exp2 may differ from machine to machine.
 constexpr std::array<double, kCodesPerOctave> kFraction = {
@@ -31,6 +33,26 @@ double decode_error(ErrorCode16 code, double scale) {
   const double factor =
       kFraction[step % kCodesPerOctave] * power_of_two(kFirstExponent + static_cast<int>(step / kCodesPerOctave));
   return scale * factor;
+}
+
+double decode_squared_error(SquaredErrorCode code) {
+  if (code < 0) return -decode_squared_error(static_cast<SquaredErrorCode>(-code));
+  if (code == 0) return 0;
+  const unsigned step = static_cast<unsigned>(std::min(code, kMaxSquaredErrorCode));
+  return kFraction[step % kSquaredCodesPerOctave * (kCodesPerOctave / kSquaredCodesPerOctave)] *
+         power_of_two(kFirstSquaredExponent + static_cast<int>(step / kSquaredCodesPerOctave));
+}
+
+SquaredErrorCode encode_squared_error(double fraction) {
+  int least = -kMaxSquaredErrorCode, most = kMaxSquaredErrorCode;
+  while (least < most) {
+    const int middle = least + (most - least) / 2;
+    if (decode_squared_error(static_cast<SquaredErrorCode>(middle)) >= fraction)
+      most = middle;
+    else
+      least = middle + 1;
+  }
+  return static_cast<SquaredErrorCode>(least);
 }
 
 ErrorCode16 encode_error(double error, double scale) {

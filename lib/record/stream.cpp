@@ -17,7 +17,7 @@ std::string check_counts(const RecordStream& s) {
   const std::size_t n = s.size();
   if (s.target.size() != n || s.round.size() != n || s.modified_count.size() != n || s.coarse_begin.size() != n ||
       s.domain_error.size() != n || s.field_error.size() != n * s.fields.size() || s.fine_begin.size() != n + 1 ||
-      s.squared_error.size() != n * s.fields.size() || s.also_needs_begin.size() != n + 1)
+      (!s.squared_error.empty() && s.squared_error.size() != n * s.fields.size()) || s.also_needs_begin.size() != n + 1)
     return "the tables of the records differ in length";
   if (s.fine_begin.front() != 0 || s.fine_begin.back() != s.fine.size())
     return "the offsets of the fine versions do not span their table";
@@ -26,6 +26,7 @@ std::string check_counts(const RecordStream& s) {
   if (s.versions.size() < std::size_t{s.original_tet_count} + s.original_ghost_count)
     return "there are fewer versions than original tets and ghosts";
   if (!(s.volume >= 0) || !std::isfinite(s.volume)) return "the volume is no finite number";
+  if (!s.squared_error.empty() && !(s.volume > 0)) return "there are squared errors but no volume";
   if (!(s.diagonal >= 0) || !std::isfinite(s.diagonal)) return "the diagonal is no length";
   for (const GoverningField& field : s.fields)
     if (!(field.range >= 0) || !std::isfinite(field.range))
@@ -90,9 +91,9 @@ std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
   const double* errors = s.field_error.data() + i * s.fields.size();
   if (!is_error(s.domain_error[i]) || !std::all_of(errors, errors + s.fields.size(), is_error))
     return "one of its errors is negative or not a finite number";
-  const double* squared = s.squared_error.data() + i * s.fields.size();
-  if (!std::all_of(squared, squared + s.fields.size(), [](double x) { return std::isfinite(x); }))
-    return "its change of the squared error is not a finite number";
+  for (std::size_t f = 0; f < s.fields.size() && !s.squared_error.empty(); ++f)
+    if (!std::isfinite(s.squared_error[i * s.fields.size() + f]))
+      return "its change of the squared error is not a finite number";
   if (s.also_needs_begin[i] > s.also_needs_begin[i + 1] || s.also_needs_begin[i + 1] > s.also_needs.size())
     return "the offsets of the other records it needs decrease";
   std::size_t before = i;

@@ -57,7 +57,7 @@ struct RecordStream {
   std::vector<double> domain_error;
   /// size() x fields.size(): by how much the collapse raised the integral of |Phi - phi|^2 over the domain, in field
   /// units squared times mesh units cubed; may be negative. The integral of a cut is the sum over the records whose
-  /// splits it has not applied. 0 where it was not measured.
+  /// splits it has not applied. Empty when it was not measured.
   std::vector<double> squared_error;
   /// size()+1 offsets into `also_needs`.
   std::vector<std::uint64_t> also_needs_begin{0};
@@ -70,6 +70,8 @@ struct RecordStream {
   [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
     return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
   }
+  /// Whether squared errors are known, and so the mean square error of every cut.
+  [[nodiscard]] bool has_squared_errors() const { return volume > 0 && squared_error.size() == size() * fields.size(); }
   [[nodiscard]] std::span<const std::uint32_t> others_needed(std::size_t record) const {
     return {also_needs.data() + also_needs_begin[record], also_needs.data() + also_needs_begin[record + 1]};
   }

@@ -9,6 +9,8 @@
 #include "support/stream_extras.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <random>
 
 #include <catch2/catch.hpp>
@@ -50,6 +52,7 @@ Outcome try_to_read(Bytes bytes) {
 Bytes sample_file(const TetMesh& mesh) {
   RecordStream records = simplify_naively(mesh);
   add_random_dependencies(records, 6);
+  add_random_squared_errors(records, 6);
   return file::encode(mesh, records, {"0.1.0", "sample", "xxh64:0", {{"option", "value"}}, {"note"}});
 }
 
@@ -197,4 +200,29 @@ TEST_CASE("sections are told apart: unknown ones may be skipped unless they are 
   CHECK(try_to_read(parts.join()) == Outcome::kRefused);
   parts.sections.back().flags = 2;
   CHECK(try_to_read(parts.join()) == Outcome::kRefused);
+}
+
+TEST_CASE("sums of squared errors that are not those of the records are refused") {
+  const Bytes bytes = sample_file(grid({{4, 4, 4}, {}, 2, 1}));
+  const auto with = [&](const std::function<void(std::vector<double>&)>& change) {
+    Parts parts(bytes);
+    file::ByteReader header_reader(parts.header, "header", 0);
+    auto fixed = file::parse_header(header_reader);
+    file::ByteReader arrays(parts.of(file::SectionKind::kArrays), "arrays", 0);
+    static_cast<void>(file::parse_arrays(arrays, fixed));
+    file::ByteReader table(parts.of(file::SectionKind::kTable), "table", 0);
+    const std::size_t size = parts.of(file::SectionKind::kBlocks).size();
+    auto rows = file::parse_table(table, fixed, {0, 0, 0, size, size, 0});
+    REQUIRE(rows.at(0).info.squared_error.size() == 2);
+    change(rows[0].info.squared_error);
+    file::ByteWriter out;
+    file::put_table(out, rows);
+    parts.of(file::SectionKind::kTable) = out.take();
+    parts.mend_blocks();
+    return try_to_read(parts.join());
+  };
+  CHECK(with([](std::vector<double>&) {}) == Outcome::kRead);
+  CHECK(with([](std::vector<double>& sums) { sums[1] *= 1 + 0x1p-50; }) == Outcome::kRead);
+  CHECK(with([](std::vector<double>& sums) { sums[0] += 1 + std::fabs(sums[0]); }) == Outcome::kRefused);
+  CHECK(with([](std::vector<double>& sums) { sums[1] -= 1 + std::fabs(sums[1]); }) == Outcome::kRefused);
 }

@@ -41,13 +41,16 @@ std::string bits_of(const PointArray& array) {
   return {reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size()};
 }
 
-/// `extras`: with dependencies between any two records, which only cuts that hold them may be made from.
+/// `extras`: with dependencies between any two records, and squared errors.
 std::vector<Sample> make_samples(bool extras) {
   std::vector<Sample> list;
   for (auto& [name, mesh] : test::sample_meshes(23)) {
     Sample sample{name, std::move(mesh), {}, {}, {}, {}, {}};
     sample.stream = test::simplify_naively(sample.mesh);
-    if (extras) test::add_random_dependencies(sample.stream, 41);
+    if (extras) {
+      test::add_random_dependencies(sample.stream, 41);
+      test::add_random_squared_errors(sample.stream, 43);
+    }
     sample.facts = test::examine(sample.mesh);
     sample.bytes = file::encode(sample.mesh, sample.stream, {"test", name, "", {{"order", "random"}}, {"a note"}});
     std::map<std::string, std::uint32_t> at;
@@ -153,7 +156,8 @@ bool same(const Extraction& a, const Extraction& b) {
     if (bits_of(a.mesh.point_arrays[i]) != bits_of(b.mesh.point_arrays[i])) return false;
   return bits_of(a.mesh.positions) == bits_of(b.mesh.positions) && a.mesh.tets == b.mesh.tets &&
          a.vertex_in_file == b.vertex_in_file && a.made_by == b.made_by && a.boundary_faces == b.boundary_faces &&
-         a.field_error == b.field_error && a.domain_error == b.domain_error && a.limited_by == b.limited_by;
+         a.field_error == b.field_error && a.rms_error == b.rms_error && a.domain_error == b.domain_error &&
+         a.limited_by == b.limited_by;
 }
 
 bool contains(const TetMesh& mesh, const Tet& tet, const Point& p) {
@@ -368,6 +372,47 @@ TEST_CASE("random requests where records need others besides the makers of what 
     }
   }
   CHECK(held > 1000);
+}
+
+TEST_CASE("the mean square error of any cut is the sum over the collapses that are not undone") {
+  for (const Sample& sample : samples_with_extras()) {
+    const auto used = sample.open();
+    const std::size_t fields = sample.stream.fields.size();
+    REQUIRE(fields == 2);
+    RandomRequests random(used->info(), 79);
+    const auto check_rms = [&](const std::vector<double>& rms, const std::vector<char>& applied) {
+      REQUIRE(rms.size() == fields);
+      for (std::size_t f = 0; f < fields; ++f) {
+        double sum = 0, coarsely_rounded = 0;
+        for (std::size_t i = 0; i < applied.size(); ++i) {
+          if (applied[i] != 0) continue;
+          const double squared = sample.stream.squared_error[i * fields + f];
+          sum += squared;
+          coarsely_rounded += squared + 0.0906 * std::fabs(squared);
+        }
+        const double mean = rms[f] * rms[f] * sample.stream.volume;
+        CHECK(mean >= sum * (1 - 1e-12));
+        CHECK(mean <= std::max(0.0, coarsely_rounded) * (1 + 1e-12));
+      }
+    };
+    check_rms(used->info().base_rms_error, std::vector<char>(sample.stream.size(), 0));
+    CHECK(used->extract({}).rms_error == std::vector<double>{0, 0});
+    std::size_t partial = 0;
+    for (int i = 0; i < 50; ++i) {
+      INFO(sample.name << ", request " << i);
+      Request request = random.request();
+      const Extraction extraction = sample.open()->extract(request);
+      check_rms(extraction.rms_error, applied_in(sample, extraction));
+      request.origins = true;
+      CHECK(used->extract(request).rms_error == extraction.rms_error);
+      partial += extraction.limited_by != LimitedBy::kNothing && extraction.rms_error[0] > 0 ? 1 : 0;
+    }
+    CHECK(partial > 10);
+  }
+  for (const Sample& sample : samples()) {
+    CHECK(sample.open()->info().base_rms_error.empty());
+    CHECK(sample.open()->extract({}).rms_error.empty());
+  }
 }
 
 TEST_CASE("a focus on a single point, where the domain has shrunk or grown too") {

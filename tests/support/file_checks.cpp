@@ -4,6 +4,7 @@
 #include "support/mesh_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -97,6 +98,16 @@ void check_parents(const RecordStream& records, const std::vector<RecordId>& in_
 void check_errors(const RecordStream& records, const std::vector<RecordId>& in_file, const file::Header& header,
                   const file::Content& content) {
   std::size_t below = 0, far_above = 0;
+  const std::size_t fields = records.fields.size();
+  REQUIRE(content.squared_error.size() == records.squared_error.size());
+  REQUIRE(header.has_squared_errors == records.has_squared_errors());
+  CHECK(header.volume == records.volume);
+  const auto compare_squared = [&](double squared, SquaredErrorCode code, double range) {
+    const double read = decode_squared_error(code) * range * range * records.volume;
+    const double ulps = 1e-14 * std::fabs(squared);
+    below += read < squared - ulps ? 1 : 0;
+    far_above += read > (squared > 0 ? squared * 1.0906 : squared / 1.0906) + ulps ? 1 : 0;
+  };
   for (std::size_t i = 0; i < records.size(); ++i) {
     if (in_file[i].is_none()) continue;
     const ErrorCode16* codes = content.own.data() + in_file[i].index() * std::size_t{content.errors_per_record};
@@ -107,9 +118,12 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
     };
     std::size_t place = 0;
     for (std::uint32_t a = 0; a < header.arrays.size(); ++a) {
-      for (std::size_t f = 0; f < records.fields.size(); ++f) {
+      for (std::size_t f = 0; f < fields; ++f) {
         if (records.fields[f].array != a) continue;
-        compare(records.field_error[i * records.fields.size() + f], codes[place++], header.arrays[a].range);
+        if (!records.squared_error.empty())
+          compare_squared(records.squared_error[i * fields + f],
+                          content.squared_error[in_file[i].index() * fields + place], header.arrays[a].range);
+        compare(records.field_error[i * fields + f], codes[place++], header.arrays[a].range);
       }
     }
     compare(records.domain_error[i], codes[place], header.diagonal);
@@ -202,6 +216,9 @@ void check_same_records(const file::Reader& reader, const file::Content& all, co
          ++c) {
       same = same && all.own[c] == some.own[c] && all.monotone[c] == some.monotone[c];
     }
+    const std::size_t fields = all.squared_error.size() / reader.header().record_count;
+    for (std::size_t c = i * fields; c < (i + 1) * fields; ++c)
+      same = same && all.squared_error[c] == some.squared_error[c];
     different += same ? 0 : 1;
   }
   CHECK(different == 0);

@@ -11,8 +11,8 @@
 namespace ptet::test {
 
 /// Encodes, reads back and compares: every vertex with all its values, every tet with its orientation, the errors of
-/// every record (never below what they were, the monotone ones a closed order) and its parents. Fails the running test
-/// otherwise.
+/// every record (never below what they were, the monotone ones a closed order), squared ones too, and its parents.
+/// Fails the running test otherwise.
 void check_round_trip(const TetMesh& mesh, const RecordStream& records);
 /// The blocks that must be loaded together with `blocks`, these included; ascending.
 [[nodiscard]] std::vector<std::uint32_t> closed_under_needs(const file::Reader& reader,

@@ -235,7 +235,6 @@ private:
     for (const double error : field_error)
       stream_.field_error.push_back(error);
     stream_.domain_error.push_back(domain_error);
-    stream_.squared_error.resize(stream_.field_error.size());
     stream_.also_needs_begin.push_back(stream_.also_needs.size());
   }
 

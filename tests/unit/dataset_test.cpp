@@ -61,6 +61,26 @@ TEST_CASE("dataset: what it says of itself") {
   CHECK(json["notes"].size() == 1); // whose text is not UTF-8
 }
 
+TEST_CASE("dataset: RMS errors are given where they were measured, and only there") {
+  CHECK(dataset()->info().base_rms_error.empty());
+  CHECK(dataset()->extract({}).rms_error.empty());
+
+  RecordStream records = test::simplify_naively(mesh());
+  records.volume = 50;
+  records.squared_error.assign(records.field_error.size(), 0);
+  const auto exact = Dataset::open_memory(file::encode(mesh(), records, {}));
+  CHECK(exact->info().base_rms_error == std::vector<double>{0, 0});
+
+  // One collapse raises the integral of the first field by 8, another lowers it by 6.
+  records.squared_error[0] = 8;
+  records.squared_error[2] = -6;
+  const auto opened = Dataset::open_memory(file::encode(mesh(), records, {}));
+  REQUIRE(opened->info().base_rms_error.size() == 2);
+  CHECK(opened->info().base_rms_error[0] == Approx(0.2).epsilon(1e-12));
+  CHECK(opened->info().base_rms_error[1] == 0);
+  CHECK(opened->extract({}).rms_error == std::vector<double>{0, 0});
+}
+
 TEST_CASE("dataset: requests that make no sense are refused, by name") {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   CHECK(refusal([](Request& r) { r.field_error = {{"density", {}}}; }) == "there is no field 'density' in this file");

@@ -34,3 +34,32 @@ TEST_CASE("error codes: saturate at both ends") {
   CHECK(encode_error(INFINITY, 1) == kMaxErrorCode);
   CHECK(encode_error(0, 0) == 0);
 }
+
+TEST_CASE("squared error codes: rounded up on either side of zero, eight an octave") {
+  const double step = std::exp2(1.0 / 8);
+  CHECK(encode_squared_error(0) == 0);
+  CHECK(decode_squared_error(0) == 0);
+  CHECK(decode_squared_error(1600) == 1);
+  CHECK(decode_squared_error(1604) == std::sqrt(2.0));
+  for (double value = 0x1p-199; value < 0x1p55; value *= 1.61) {
+    const double above = decode_squared_error(encode_squared_error(value));
+    CHECK(above >= value);
+    CHECK(above <= value * step * 1.0001);
+    const double below = decode_squared_error(encode_squared_error(-value));
+    CHECK(below >= -value);
+    CHECK(below <= -value / step * 0.9999);
+  }
+  for (int code = -kMaxSquaredErrorCode; code <= kMaxSquaredErrorCode; ++code) {
+    const auto coded = static_cast<SquaredErrorCode>(code);
+    CHECK(encode_squared_error(decode_squared_error(coded)) == code);
+    if (code > -kMaxSquaredErrorCode)
+      CHECK(decode_squared_error(coded) > decode_squared_error(static_cast<SquaredErrorCode>(code - 1)));
+  }
+}
+
+TEST_CASE("squared error codes: too small for any is rounded up, too large saturates") {
+  CHECK(encode_squared_error(1e-300) == 1);
+  CHECK(encode_squared_error(-1e-300) == 0);
+  CHECK(encode_squared_error(INFINITY) == kMaxSquaredErrorCode);
+  CHECK(encode_squared_error(-INFINITY) == -kMaxSquaredErrorCode);
+}

@@ -34,6 +34,37 @@ TEST_CASE("dependencies that the tets do not tell are read back") {
   }
 }
 
+TEST_CASE("squared errors are read back, rounded up") {
+  for (const auto& [name, mesh] : sample_meshes(5)) {
+    INFO(name);
+    RecordStream records = simplify_naively(mesh);
+    add_random_squared_errors(records, 10);
+    REQUIRE(records.validate() == "");
+    check_round_trip(mesh, records);
+    // The stream may have its fields in another order than the mesh its arrays.
+    REQUIRE(records.fields.size() == 2);
+    std::swap(records.fields[0], records.fields[1]);
+    for (auto* table : {&records.field_error, &records.squared_error})
+      for (std::size_t i = 0; i < table->size(); i += 2)
+        std::swap((*table)[i], (*table)[i + 1]);
+    check_round_trip(mesh, records);
+  }
+}
+
+TEST_CASE("squared errors that the file cannot hold are refused") {
+  const TetMesh mesh = grid({});
+  RecordStream records = simplify_naively(mesh);
+  add_random_squared_errors(records, 10);
+  for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), 1e300, -1e300}) {
+    RecordStream spoiled = records;
+    spoiled.squared_error[1] = wrong;
+    CHECK_THROWS_AS(file::encode(mesh, spoiled, {}), Error);
+  }
+  records.fields[0].range = 0;
+  std::fill(records.field_error.begin(), records.field_error.end(), 0);
+  CHECK_THROWS_AS(file::encode(mesh, records, {}), Error);
+}
+
 TEST_CASE("a file without further dependencies pays one byte a block for that") {
   const TetMesh mesh = grid({{12, 12, 12}, {}, 2, 5});
   RecordStream records = simplify_naively(mesh);
@@ -102,6 +133,7 @@ TEST_CASE("any closed set of blocks decodes to the same records") {
   const TetMesh mesh = grid({{12, 12, 12}, {}, 2, 5});
   auto records = simplify_naively(mesh);
   add_random_dependencies(records, 3, 400);
+  add_random_squared_errors(records, 3);
   const auto bytes = file::encode(mesh, records, {});
   file::Reader whole(file::over_memory(bytes));
   file::Content all = whole.read_base();

@@ -55,7 +55,27 @@ TEST_CASE("record stream: every spoiled one is found out") {
   CHECK(verdict([](RecordStream& s) { s.domain_error[0] = -1; }) != "");
   CHECK(verdict([](RecordStream& s) { s.fields[0].range = INFINITY; }) != "");
   CHECK(verdict([](RecordStream& s) { s.also_needs.push_back(1); }) != "");
+  CHECK(verdict([](RecordStream& s) { s.volume = -1; }) != "");
+  CHECK(verdict([](RecordStream& s) { s.squared_error.assign(s.field_error.size(), 0); }) != ""); // but no volume
   CHECK(verdict([](RecordStream& s) { s.also_needs_begin.pop_back(); }) != "");
+}
+
+TEST_CASE("record stream: squared errors of all records, or none") {
+  const auto with = [](std::size_t missing, double value) {
+    return [=](RecordStream& s) {
+      s.volume = 1;
+      s.squared_error.assign(s.field_error.size() - missing, value);
+    };
+  };
+  CHECK(verdict(with(0, -1)) == "");
+  CHECK(verdict(with(1, 1)) != "");
+  CHECK(verdict(with(0, NAN)) != "");
+  RecordStream stream = good();
+  CHECK_FALSE(stream.has_squared_errors());
+  stream.volume = 1;
+  CHECK_FALSE(stream.has_squared_errors());
+  with(0, 1)(stream);
+  CHECK(stream.has_squared_errors());
 }
 
 TEST_CASE("record stream: other records needed are later ones, ascending") {

@@ -176,6 +176,9 @@ void print_json(const Outcome& outcome) {
   const auto fields = governing_fields(info);
   for (std::size_t i = 0; i < fields.size(); ++i)
     achieved["field_error"][fields[i]->name] = extraction.field_error[i];
+  achieved["rms_error"] = extraction.rms_error.empty() ? Json(nullptr) : Json::object();
+  for (std::size_t i = 0; i < extraction.rms_error.size(); ++i)
+    achieved["rms_error"][fields[i]->name] = extraction.rms_error[i];
 
   Json json;
   json["asked"] = asked;
@@ -247,7 +250,12 @@ void print_text(const Outcome& outcome) {
   const auto fields = governing_fields(info);
   for (std::size_t i = 0; i < fields.size(); ++i) {
     out << "  achieved  " << fields[i]->name << " within "
-        << error_text(extraction.field_error[i], fields[i]->range, kOfRange) << '\n';
+        << error_text(extraction.field_error[i], fields[i]->range, kOfRange);
+    if (!extraction.rms_error.empty()) {
+      const std::string share_of_range = percent(extraction.rms_error[i], fields[i]->range);
+      out << ", RMS " << brief(extraction.rms_error[i]) << (share_of_range.empty() ? "" : " (" + share_of_range + ")");
+    }
+    out << '\n';
   }
   out << "  achieved  domain within " << error_text(extraction.domain_error, info.diagonal, kOfDiagonal) << '\n';
   out << "  mesh      " << counted(extraction.mesh.vertex_count(), "vertex") << " ("
@@ -306,9 +314,10 @@ With no bound, budget or focus the mesh is the original. X% of a field error is 
 error of the bounding-box diagonal; a plain X is in the units of the field or of the mesh. Bounds and budgets may be
 combined: refining stops at the first that is reached, and the report says which.
 
---json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error"}, "vertices", "tets", "bytes_read",
-"seconds", "limited_by": "error" | "budget" | "focus" | "nothing", "output"}: errors absolute, seconds for opening and
-extraction ("write_seconds" for the writing).
+--json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "rms_error": {NAME: x} | null},
+"vertices", "tets", "bytes_read", "seconds", "limited_by": "error" | "budget" | "focus" | "nothing", "output"}: errors
+absolute, seconds for opening and extraction ("write_seconds" for the writing). The RMS error is that over the whole
+domain of the original; a file of a build that did not measure it has none.
 )";
 
 } // namespace

@@ -167,7 +167,9 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
                 {"governing", field.governing}};
     if (field.governing) {
       row["range"] = field.range;
-      row["max_error"] = info.max_field_error[column++];
+      row["max_error"] = info.max_field_error[column];
+      if (!info.base_rms_error.empty()) row["base_rms_error"] = info.base_rms_error[column];
+      ++column;
     }
     fields.push_back(row);
   }
@@ -229,9 +231,14 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
   for (const FieldInfo& field : info.fields) {
     out << "  field     " << field.name << ": " << type_text(field.type, field.components);
     if (field.governing) {
-      const double error = info.max_field_error[column++];
+      const double error = info.max_field_error[column];
       out << ", range " << brief(field.range, 6) << ", error up to " << brief(error);
       if (field.range > 0) out << " (" << percent(error, field.range) << ")";
+      if (!info.base_rms_error.empty()) {
+        out << ", RMS of the base " << brief(info.base_rms_error[column]);
+        if (field.range > 0) out << " (" << percent(info.base_rms_error[column], field.range) << ")";
+      }
+      ++column;
     } else {
       out << ", carried along";
     }
