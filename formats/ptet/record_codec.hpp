@@ -135,14 +135,15 @@ struct BlockState {
   std::uint32_t last_rank = 0;
   std::vector<std::int32_t> last_own; ///< by error code
   std::vector<char> last_own_zero, last_above_zero;
-  /// By governing array: the sign of the last squared error (1: positive, 2: negative), and for both signs how much
-  /// above its estimate it has been of late, in 1/16 codes.
+  /// By governing array: the sign of the last squared error (1: positive, 2: negative). For both signs how much above
+  /// its estimate it has been of late, in 1/16 codes, and the last code where the own error was 0.
   std::vector<std::uint8_t> last_squared_sign;
-  std::vector<std::array<std::int32_t, 2>> squared_drift;
+  std::vector<std::array<std::int32_t, 2>> squared_drift, last_squared;
 
   BlockState(std::uint32_t block_number, std::size_t needs, std::size_t codes)
       : block(block_number), recent(needs + 2), last_index(needs + 2), last_own(codes, 1280), last_own_zero(codes),
-        last_above_zero(codes), last_squared_sign(codes - 1), squared_drift(codes - 1) {
+        last_above_zero(codes), last_squared_sign(codes - 1), squared_drift(codes - 1, {-960, -960}),
+        last_squared(codes - 1, {800, 800}) {
     for (std::size_t i = 0; i < recent.size(); ++i)
       recent[i] = static_cast<std::uint32_t>(i);
   }
@@ -650,7 +651,6 @@ void RecordCodec::code_squared_errors(Coder& coder, BlockState& state, Content& 
   constexpr std::int32_t kAtOwnScale = 1600 - 1280;
   const std::int32_t size = logarithm(six_star_volumes(content, r)) - logarithm(schema_.volume) + kAtOwnScale;
   const std::size_t fields = schema_.governing.size();
-  std::int32_t deviation = 0; // of the array before
   for (std::uint32_t i = 0; i < fields; ++i) {
     const std::int32_t own = content.own[r.index() * (fields + 1) + i];
     SquaredErrorCode& squared = content.squared_error[r.index() * fields + i];
@@ -664,15 +664,18 @@ void RecordCodec::code_squared_errors(Coder& coder, BlockState& state, Content& 
     const bool negative = coder.bit(schema_.squared_negative + 6 * i + 3 * no_error + last_sign, squared < 0);
     last_sign = negative ? 2 : 1;
     std::int32_t& drift = state.squared_drift[i][negative ? 1 : 0];
+    std::int32_t& last = state.last_squared[i][negative ? 1 : 0];
     const std::int32_t estimate = own + size;
-    const std::int32_t expected = std::clamp<std::int32_t>(estimate + drift / 16, 1, kMaxSquaredErrorCode);
-    const auto relation = static_cast<std::uint32_t>(std::clamp(deviation / 8 + 4, 0, 7));
-    const std::uint32_t first =
-        schema_.squared + ((2 * i + (negative ? 1 : 0)) * Schema::kErrorClasses + relation) * Schema::kErrorContexts;
+    const std::int32_t expected =
+        own == 0 ? last : std::clamp<std::int32_t>(estimate + drift / 16, 1, kMaxSquaredErrorCode);
+    const std::uint32_t first = schema_.squared + (4 * i + 2 * no_error + (negative ? 1 : 0)) * Schema::kErrorContexts;
     const std::int32_t value = code_near(coder, first, expected, std::abs(squared));
     if (value < 1 || value > kMaxSquaredErrorCode) fail_record(r, "a squared error is out of range");
-    deviation = value - expected;
-    drift += (16 * std::clamp(value - estimate, -4096, 4096) - drift) / 8;
+    if (own == 0) {
+      last = value;
+    } else {
+      drift += (16 * std::clamp(value - estimate, -4096, 4096) - drift) / 8;
+    }
     squared = static_cast<SquaredErrorCode>(negative ? -value : value);
   }
 }

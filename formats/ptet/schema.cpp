@@ -72,7 +72,7 @@ Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
   if (has_squared_errors) {
     squared_zero = take(std::uint64_t{4} * governing.size());
     squared_negative = take(std::uint64_t{6} * governing.size());
-    squared = take(std::uint64_t{2} * kErrorClasses * kErrorContexts * governing.size());
+    squared = take(std::uint64_t{4} * kErrorContexts * governing.size());
   }
   context_count_ = static_cast<std::uint32_t>(count);
 }

@@ -65,7 +65,7 @@ public:
   std::uint32_t above = 0;                            ///< per code: uint
   std::uint32_t squared_zero = 0;                     ///< per governing array: 4; these three only where measured
   std::uint32_t squared_negative = 0;                 ///< per governing array: 6
-  std::uint32_t squared = 0;                          ///< per governing array: 2 signs x kErrorClasses x kErrorContexts
+  std::uint32_t squared = 0;                          ///< per governing array: 4 x kErrorContexts
   static constexpr std::uint32_t kGrowthContexts = 8 * 64 * 4;
   static constexpr std::uint32_t kErrorClasses = 8;
   static constexpr std::uint32_t kErrorContexts = 16 + 16 * 3 + 1; ///< length tree, mantissa, sign
