@@ -396,6 +396,7 @@ class Reports(Case):
         for field, bound in asked["field_error"].items():
             self.assertLessEqual(achieved["field_error"][field], bound)
         self.assertLessEqual(achieved["domain_error"], asked["domain_error"])
+        self.assertEqual(set(achieved), {"field_error", "domain_error", "rms_error"})
         self.assertLess(report["vertices"], 729)
 
     def test_budgets(self):

@@ -316,8 +316,8 @@ combined: refining stops at the first that is reached, and the report says which
 
 --json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "rms_error": {NAME: x} | null},
 "vertices", "tets", "bytes_read", "seconds", "limited_by": "error" | "budget" | "focus" | "nothing", "output"}: errors
-absolute, seconds for opening and extraction ("write_seconds" for the writing). The RMS error is that over the whole
-domain of the original; a file of a build that did not measure it has none.
+absolute, seconds for opening and extraction ("write_seconds" for the writing). The RMS error is that over the
+domain of the original where the mesh covers it; a build that did not measure it leaves none.
 )";
 
 } // namespace

@@ -100,10 +100,10 @@ struct Extraction {
   /// built with exact evaluation this is a bound: nowhere in the domain is the error larger, where the mesh covers it.
   /// Where a tet's record is not read for this request, the largest error of its block counts.
   std::vector<double> field_error;
-  /// Root of the mean of |Phi - phi|^2 over the original domain, Phi the original field and phi that of the mesh, one
-  /// per governing field, in field units; empty when the build did not measure it. Where the mesh does not cover the
-  /// domain the build's measure of the difference stands (RecordStream::squared_error). Never below what the build
-  /// measured, and above it only by the rounding of the file: up to 4.5% where no collapse lowered the error.
+  /// Root of the mean square error: sqrt(integral of |Phi - phi|^2 / volume of the original), Phi the original field
+  /// and phi that of the mesh, over the original domain where the mesh covers it; one per governing field, in field
+  /// units, empty when the build did not measure it. Never below what the build measured, and above it only by the
+  /// rounding of the file: up to 4.5% where no collapse lowered the error.
   std::vector<double> rms_error;
   /// Likewise of any boundary face: the distance to it from the vertices and face centroids of the original boundary
   /// that it stands for, mesh units. Sampled, and one way only: between the samples it may be larger.
