@@ -65,19 +65,6 @@ TEST_CASE("squared errors that the file cannot hold are refused") {
   CHECK_THROWS_AS(file::encode(mesh, records, {}), Error);
 }
 
-TEST_CASE("a file without further dependencies pays one byte a block for that") {
-  const TetMesh mesh = grid({{12, 12, 12}, {}, 2, 5});
-  RecordStream records = simplify_naively(mesh);
-  const std::size_t without = file::encode(mesh, records, {}).size();
-  // One that holds already costs what saying it costs.
-  const std::size_t last = records.size() - 1;
-  records.also_needs = {static_cast<std::uint32_t>(last)};
-  std::fill(records.also_needs_begin.begin() + 1, records.also_needs_begin.end(), std::uint64_t{1});
-  const std::size_t with = file::encode(mesh, records, {}).size();
-  CHECK(with > without);
-  CHECK(with < without + 100);
-}
-
 TEST_CASE("a mesh that cannot be simplified is a file without records") {
   const TetMesh mesh = single_tet();
   const auto records = simplify_naively(mesh);
