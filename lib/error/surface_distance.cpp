@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -19,7 +18,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNone = 0xffffffff;
-constexpr std::uint32_t kLeafSize = 4;
 constexpr std::size_t kMaxCuts = 100'000;
 /// A cut along a surface triangle's edges must settle at least this share of the area.
 constexpr double kWorthCutting = 1.0 / 16;
@@ -53,6 +51,14 @@ double largest_coordinate(const Triangle& t) {
     for (const double x : p)
       largest = std::max(largest, std::abs(x));
   return largest;
+}
+
+/// Throws Error(kLimit) when 32-bit ids cannot name the triangles.
+std::vector<BoundingBox> boxes_of(const std::vector<Triangle>& triangles) {
+  if (triangles.size() >= kNone) throw Error(ErrorCode::kLimit, "a surface may have at most 2^32 - 2 triangles");
+  std::vector<BoundingBox> boxes(triangles.size());
+  std::transform(triangles.begin(), triangles.end(), boxes.begin(), [](const Triangle& t) { return box_of(t); });
+  return boxes;
 }
 
 /// A convex polygon of a few corners.
@@ -109,62 +115,18 @@ bool is_worth_cutting(const Polygon& part, const Polygon& whole) {
 
 } // namespace
 
-TriangleSurface::TriangleSurface(std::vector<Triangle> triangles) {
-  if (triangles.size() >= kNone) throw Error(ErrorCode::kLimit, "a surface may have at most 2^32 - 2 triangles");
-  index_of_.resize(triangles.size());
-  std::iota(index_of_.begin(), index_of_.end(), 0U);
-  if (!triangles.empty()) build(index_of_, 0, triangles);
-  slot_of_.resize(triangles.size());
+TriangleSurface::TriangleSurface(const std::vector<Triangle>& triangles)
+    : tree_(boxes_of(triangles)), slot_of_(triangles.size()) {
   triangles_.reserve(triangles.size());
-  for (std::uint32_t slot = 0; slot < index_of_.size(); ++slot) {
-    slot_of_[index_of_[slot]] = slot;
-    triangles_.push_back(triangles[index_of_[slot]]);
+  for (std::uint32_t slot = 0; slot < triangles.size(); ++slot) {
+    slot_of_[tree_.order()[slot]] = slot;
+    triangles_.push_back(triangles[tree_.order()[slot]]);
     extent_ = std::max(extent_, largest_coordinate(triangles_.back()));
   }
 }
 
-/// Makes the node of the triangles in `order`, which begins at slot `begin`: halves at the median of the centroids
-/// along the longest axis. Returns its id.
-std::uint32_t TriangleSurface::build(std::span<std::uint32_t> order, std::uint32_t begin,
-                                     const std::vector<Triangle>& triangles) {
-  Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-  Box centers = box;
-  const auto center_of = [&](std::uint32_t t, std::size_t axis) {
-    const auto [low, high] = std::minmax({triangles[t][0][axis], triangles[t][1][axis], triangles[t][2][axis]});
-    return low / 2 + high / 2;
-  };
-  for (const std::uint32_t t : order)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (const Point& p : triangles[t]) {
-        box.low[axis] = std::min(box.low[axis], p[axis]);
-        box.high[axis] = std::max(box.high[axis], p[axis]);
-      }
-      const double center = center_of(t, axis);
-      centers.low[axis] = std::min(centers.low[axis], center);
-      centers.high[axis] = std::max(centers.high[axis], center);
-    }
-  const auto id = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.push_back({box, begin, static_cast<std::uint32_t>(order.size())});
-  if (order.size() <= kLeafSize) return id;
-
-  std::size_t axis = 0;
-  for (std::size_t other = 1; other < 3; ++other)
-    if (centers.high[other] - centers.low[other] > centers.high[axis] - centers.low[axis]) axis = other;
-  const std::size_t half = order.size() / 2;
-  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
-                   [&](std::uint32_t s, std::uint32_t t) {
-                     const double at_s = center_of(s, axis), at_t = center_of(t, axis);
-                     return at_s != at_t ? at_s < at_t : s < t;
-                   });
-  build(order.first(half), begin, triangles);
-  const std::uint32_t second = build(order.subspan(half), begin + static_cast<std::uint32_t>(half), triangles);
-  nodes_[id].first = second;
-  nodes_[id].count = 0;
-  return id;
-}
-
 void TriangleSurface::search(const Point& p, double& best_sq, std::uint32_t& slot) const {
-  const auto to_box_sq = [&](const Box& box) {
+  const auto to_box_sq = [&](const BoundingBox& box) {
     double sum = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double gap = std::max({box.low[axis] - p[axis], 0.0, p[axis] - box.high[axis]});
@@ -176,13 +138,14 @@ void TriangleSurface::search(const Point& p, double& best_sq, std::uint32_t& slo
     std::uint32_t node;
     double distance_sq;
   };
-  std::array<Pending, 64> pending; // halving 2^32 triangles goes 32 levels deep
+  std::array<Pending, 64> pending;
   std::size_t count = 0;
-  if (!nodes_.empty()) pending[count++] = {0, to_box_sq(nodes_[0].box)};
+  const std::vector<BoxTree::Node>& nodes = tree_.nodes();
+  if (!nodes.empty()) pending[count++] = {0, to_box_sq(nodes[0].box)};
   while (count > 0) {
     auto [id, box_sq] = pending[--count];
     while (box_sq < best_sq) {
-      const Node& node = nodes_[id];
+      const BoxTree::Node& node = nodes[id];
       if (node.count > 0) {
         for (std::uint32_t s = node.first; s < node.first + node.count; ++s) {
           const double d_sq = to_triangle_sq(p, triangles_[s]);
@@ -193,8 +156,8 @@ void TriangleSurface::search(const Point& p, double& best_sq, std::uint32_t& slo
         }
         break;
       }
-      Pending near{id + 1, to_box_sq(nodes_[id + 1].box)};
-      Pending far{node.first, to_box_sq(nodes_[node.first].box)};
+      Pending near{id + 1, to_box_sq(nodes[id + 1].box)};
+      Pending far{node.first, to_box_sq(nodes[node.first].box)};
       if (far.distance_sq < near.distance_sq) std::swap(near, far);
       if (far.distance_sq < best_sq) pending[count++] = far;
       id = near.node;
@@ -208,7 +171,7 @@ double TriangleSurface::distance_sq(const Point& p, std::uint32_t* nearest) cons
   std::uint32_t slot = nearest != nullptr && *nearest < slot_of_.size() ? slot_of_[*nearest] : kNone;
   if (slot != kNone) best_sq = to_triangle_sq(p, triangles_[slot]);
   search(p, best_sq, slot);
-  if (nearest != nullptr && slot != kNone) *nearest = index_of_[slot];
+  if (nearest != nullptr && slot != kNone) *nearest = tree_.order()[slot];
   return best_sq;
 }
 

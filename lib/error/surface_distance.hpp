@@ -10,6 +10,7 @@
 // Meshes, 2005; the closest point of a triangle is Ericson's (closest_point.hpp).
 #pragma once
 
+#include "error/box_tree.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
 
@@ -33,7 +34,7 @@ using Triangle = std::array<Point, 3>;
 class TriangleSurface {
 public:
   /// Coordinates must be finite. Throws Error(kLimit) for 2^32 - 1 triangles or more. Cost: n log n.
-  explicit TriangleSurface(std::vector<Triangle> triangles);
+  explicit TriangleSurface(const std::vector<Triangle>& triangles);
 
   [[nodiscard]] std::size_t size() const { return triangles_.size(); }
   /// In the order they were given.
@@ -53,22 +54,13 @@ public:
 
 private:
   class Refinement;
-  struct Box {
-    Point low, high;
-  };
-  /// A leaf when count > 0: the triangles from `first`. Else the children are the next node and node `first`.
-  struct Node {
-    Box box;
-    std::uint32_t first, count;
-  };
-  std::uint32_t build(std::span<std::uint32_t> order, std::uint32_t begin, const std::vector<Triangle>& triangles);
   /// Lowers `best_sq` and `slot` to the nearest triangle there is.
   void search(const Point& p, double& best_sq, std::uint32_t& slot) const;
 
-  std::vector<Triangle> triangles_; ///< in the order of the leaves: by slot
-  std::vector<std::uint32_t> index_of_, slot_of_;
-  std::vector<Node> nodes_;
-  double extent_ = 0; ///< the largest coordinate
+  BoxTree tree_;
+  std::vector<Triangle> triangles_;    ///< in the tree's order: by slot
+  std::vector<std::uint32_t> slot_of_; ///< by index
+  double extent_ = 0;                  ///< the largest coordinate
 };
 
 /// Bounds of the greatest distance from a point of the `triangles` to `surface`: upper <= max(lower * (1 + relative),

@@ -64,6 +64,7 @@ std::vector<Triangle> patch(int n, const Point& u, const Point& v, Lift lift) {
     return Point{a * u[0] + b * v[0], a * u[1] + b * v[1], a * u[2] + b * v[2] + h};
   };
   std::vector<Triangle> triangles;
+  triangles.reserve(static_cast<std::size_t>(2 * n * n));
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
@@ -77,6 +78,7 @@ std::vector<Triangle> patch(int n, const Point& u, const Point& v, Lift lift) {
 TEST_CASE("triangle surface: nearest triangles, whatever the hint", "[surface-distance]") {
   std::mt19937 random(11);
   std::vector<Triangle> triangles;
+  triangles.reserve(302);
   for (int i = 0; i < 300; ++i)
     triangles.push_back(random_triangle(random, 4, i % 3 == 0 ? 2 : 0.3));
   triangles.push_back({{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}});
@@ -100,6 +102,7 @@ TEST_CASE("triangle surface: bounds hold the truth and are as close as asked", "
   for (int round = 0; round < 60; ++round) {
     std::vector<Triangle> triangles;
     const int count = 1 + round % 40;
+    triangles.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i)
       triangles.push_back(random_triangle(random, 2, 1));
     const TriangleSurface surface(triangles);

@@ -1,0 +1,319 @@
+// The comparison of two meshes: cases known by hand, and random meshes against dense sampling.
+#include "error/mesh_comparison.hpp"
+#include "mesh/examination.hpp"
+#include "support/brute_force.hpp"
+#include "support/meshes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include <catch2/catch.hpp>
+#include <tbb/global_control.h>
+
+using namespace ptet;
+
+namespace {
+
+using Function = std::function<std::vector<double>(const Point&)>;
+
+/// A mesh with values, as the comparison takes it.
+struct Sample {
+  TetMesh mesh;
+  Examination found;
+  std::vector<double> values;
+
+  Sample(TetMesh of, const Function& value) : mesh(std::move(of)), found(examine(mesh)) {
+    for (const Point& p : found.points) {
+      const std::vector<double> row = value(p);
+      values.insert(values.end(), row.begin(), row.end());
+    }
+  }
+  [[nodiscard]] ComparedMesh view() const { return {found.points, mesh.tets, values}; }
+};
+
+MeshComparison compare(const Sample& original, const Sample& simplified, std::vector<std::uint32_t> components = {1}) {
+  return {original.view(), simplified.view(), simplified.found.boundary.faces, std::move(components)};
+}
+
+TetMesh cube(int cells, int jitter, unsigned seed) {
+  return test::grid({{cells, cells, cells}, {}, jitter, seed});
+}
+
+/// The same mesh with every position mapped, in doubles.
+TetMesh mapped(const TetMesh& mesh, const std::function<Point(const Point&)>& map) {
+  std::vector<Point> points;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+    points.push_back(map(mesh.position(VertexId(v))));
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const Tet& tet : mesh.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  return test::make_mesh(points, tets, ScalarType::kFloat64);
+}
+
+Point at(const std::array<Point, 4>& corners, const std::array<double, 4>& weight) {
+  Point p{};
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      p[axis] += weight[k] * corners[k][axis];
+  return p;
+}
+
+std::array<Point, 4> corners_of(const Sample& sample, std::size_t t) {
+  std::array<Point, 4> corners;
+  for (std::size_t k = 0; k < 4; ++k)
+    corners[k] = sample.found.points[sample.mesh.tets[t][k].index()];
+  return corners;
+}
+
+double volume_of(const std::array<Point, 4>& tet) {
+  std::array<Point, 3> edge;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      edge[i][axis] = tet[i + 1][axis] - tet[0][axis];
+  double det = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    det += edge[0][i] * (edge[1][(i + 1) % 3] * edge[2][(i + 2) % 3] - edge[1][(i + 2) % 3] * edge[2][(i + 1) % 3]);
+  return std::abs(det) / 6;
+}
+
+double value_in(const Sample& sample, std::size_t t, const std::array<double, 4>& weight) {
+  double value = 0;
+  for (std::size_t k = 0; k < 4; ++k)
+    value += weight[k] * sample.values[sample.mesh.tets[t][k].index()];
+  return value;
+}
+
+/// By plain search over all tets at evenly spread points of each original tet: the greatest difference inside, the mean
+/// square there, and the volume of the inside.
+struct Plain {
+  double max = 0, mean_square = 0, volume = 0;
+};
+Plain plain_inside(const Sample& original, const Sample& simplified, int steps) {
+  Plain plain;
+  double weighted = 0;
+  for (std::size_t t = 0; t < original.mesh.tets.size(); ++t) {
+    const std::array<Point, 4> corners = corners_of(original, t);
+    const double each = volume_of(corners) / (steps * steps * steps);
+    for (int i = 0; i < steps; ++i)
+      for (int j = 0; j < steps; ++j)
+        for (int k = 0; k < steps; ++k) {
+          // The gaps between sorted coordinates take the cube evenly to the tet.
+          std::array<double, 3> cut = {(i + 0.4) / steps, (j + 0.5) / steps, (k + 0.6) / steps};
+          std::sort(cut.begin(), cut.end());
+          const std::array<double, 4> weight = {cut[0], cut[1] - cut[0], cut[2] - cut[1], 1 - cut[2]};
+          const Point p = at(corners, weight);
+          for (std::size_t s = 0; s < simplified.mesh.tets.size(); ++s) {
+            const test::NearestOnTet near = test::nearest_on_tet(p, corners_of(simplified, s));
+            if (near.distance > 0) continue;
+            const double difference = value_in(original, t, weight) - value_in(simplified, s, near.weight);
+            plain.max = std::max(plain.max, std::abs(difference));
+            weighted += each * difference * difference;
+            plain.volume += each;
+          }
+        }
+  }
+  plain.mean_square = weighted / plain.volume;
+  return plain;
+}
+
+std::vector<double> wavy(const Point& p) {
+  return {std::sin(p[0] / 9) * std::cos(p[1] / 7) + p[2] / 40};
+}
+
+} // namespace
+
+TEST_CASE("comparison: a linear field is the same on any two meshes", "[mesh-comparison]") {
+  const Function linear = [](const Point& p) {
+    return std::vector<double>{1e3 + 2 * p[0] - p[1] + 0.5 * p[2], p[0], -p[1]};
+  };
+  const Sample fine(cube(4, 3, 1), linear);
+  const Sample coarse(mapped(cube(3, 0, 2),
+                             [](const Point& p) {
+                               return Point{p[0] * 0.9, p[1] * 0.8 + 7, p[2]};
+                             }),
+                      linear);
+  const MeshComparison comparison = compare(fine, coarse, {1, 2});
+  const InsideDifference inside = comparison.exact_inside();
+  REQUIRE(inside.volume > 1000);
+  for (const FieldDifference& field : inside.fields) {
+    CHECK(field.max < 1e-11);
+    CHECK(field.mean_square < 1e-22);
+  }
+  for (const FieldDifference& field : comparison.sampled(2000, 3).inside.fields)
+    CHECK(field.max < 1e-11);
+}
+
+TEST_CASE("comparison: one tet with another value at one corner", "[mesh-comparison]") {
+  // The difference is 3 lambda_0: maximum 3 at vertex 0, mean square 9 * 2 * 3! / 5! = 0.9.
+  const Sample a(test::single_tet(), [](const Point&) { return std::vector<double>{1.0}; });
+  Sample b = a;
+  b.values[0] = 4;
+  const InsideDifference inside = compare(a, b).exact_inside();
+  CHECK(inside.volume == Approx(compare(a, b).original_volume()).epsilon(1e-14));
+  CHECK(inside.fields[0].max == Approx(3).epsilon(1e-14));
+  CHECK(inside.fields[0].at == a.found.points[0]);
+  CHECK(inside.fields[0].mean_square == Approx(0.9).epsilon(1e-14));
+  CHECK(inside.cell_max == std::vector<double>{inside.fields[0].max});
+
+  // The orientation of tets does not matter.
+  std::swap(b.mesh.tets[0][1], b.mesh.tets[0][2]);
+  CHECK(compare(a, b).exact_inside().fields[0].mean_square == Approx(0.9).epsilon(1e-14));
+}
+
+TEST_CASE("comparison: vectors by the norm of their difference", "[mesh-comparison]") {
+  const Sample a(cube(2, 0, 1), [](const Point&) { return std::vector<double>{1, 2, 3}; });
+  const Sample b(cube(3, 0, 1), [](const Point&) { return std::vector<double>{4, 6, 3}; });
+  const InsideDifference inside = compare(a, b, {2, 1}).exact_inside();
+  CHECK(inside.fields[0].max == Approx(5).epsilon(1e-12));
+  CHECK(inside.fields[0].mean_square == Approx(25).epsilon(1e-12));
+  CHECK(inside.fields[1].max < 1e-12);
+}
+
+TEST_CASE("comparison: overlap, inside and outside of a shifted box", "[mesh-comparison]") {
+  // Boxes of side 48, one shifted by 12 along x: a quarter is outside. Both fields are x, so outside, where the closest
+  // point has x = 12, the difference is 12 - x: maximum 12, mean square 12^2 / 3.
+  const Function x = [](const Point& p) { return std::vector<double>{p[0]}; };
+  const Sample a(cube(3, 0, 1), x);
+  const Sample b(mapped(cube(2, 0, 1),
+                        [](const Point& p) {
+                          return Point{p[0] * 1.5 + 12, p[1] * 1.5, p[2] * 1.5};
+                        }),
+                 x);
+  const MeshComparison comparison = compare(a, b);
+  const double whole = 48 * 48 * 48;
+  CHECK(comparison.original_volume() == Approx(whole).epsilon(1e-12));
+  CHECK(comparison.simplified_volume() == Approx(whole).epsilon(1e-12));
+  const InsideDifference inside = comparison.exact_inside();
+  CHECK(inside.volume == Approx(0.75 * whole).epsilon(1e-12));
+  CHECK(inside.fields[0].max < 1e-12);
+
+  OutsideDifference outside = comparison.sampled_outside(inside, 20000, 5);
+  CHECK(outside.points == 20000);
+  CHECK(outside.volume == Approx(0.25 * whole).epsilon(1e-9));
+  CHECK(outside.fields[0].mean_square == Approx(48).epsilon(0.03));
+  CHECK(outside.fields[0].max <= 12 + 1e-12);
+  CHECK(outside.fields[0].max > 11.9);
+  const VertexDifference vertices = comparison.at_vertices();
+  for (std::size_t v = 0; v < a.found.points.size(); ++v) {
+    const double px = a.found.points[v][0];
+    CHECK((vertices.outside[v] != 0) == (px < 12));
+    CHECK(vertices.max[v] == Approx(std::max(0.0, 12 - px)).margin(1e-12));
+  }
+  comparison.add_vertices(vertices, outside);
+  CHECK(outside.vertices == 16);
+  CHECK(outside.fields[0].max == Approx(12).epsilon(1e-14));
+
+  const MeshComparison::Sampled sampled = comparison.sampled(40000, 6);
+  CHECK(sampled.inside.points + sampled.outside.points == 40000);
+  CHECK(sampled.inside.volume == Approx(inside.volume).epsilon(0.01));
+  CHECK(sampled.outside.fields[0].mean_square == Approx(48).epsilon(0.05));
+}
+
+TEST_CASE("comparison: exact errors of random meshes against dense sampling", "[mesh-comparison]") {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const Sample fine(cube(2, 3, seed), wavy);
+    Sample coarse(mapped(cube(1, 0, seed),
+                         [&](const Point& p) {
+                           return Point{2.1 * p[0] + 0.2 * p[1] - 1, 1.9 * p[1] + seed, 2 * p[2] - 0.3 * p[0]};
+                         }),
+                  wavy);
+    std::mt19937 random(seed);
+    for (double& value : coarse.values)
+      value += std::uniform_real_distribution<double>(-0.2, 0.2)(random);
+    const MeshComparison comparison = compare(fine, coarse);
+    const InsideDifference inside = comparison.exact_inside();
+    const Plain plain = plain_inside(fine, coarse, 12);
+    CHECK(inside.fields[0].max >= plain.max * (1 - 1e-12));
+    CHECK(inside.fields[0].max <= plain.max * 1.15);
+    CHECK(inside.fields[0].mean_square == Approx(plain.mean_square).epsilon(0.02));
+    CHECK(inside.volume == Approx(plain.volume).epsilon(0.01));
+    CHECK(*std::max_element(inside.cell_max.begin(), inside.cell_max.end(),
+                            [](double a, double b) { return std::isnan(a) || a < b; }) == inside.fields[0].max);
+    const VertexDifference vertices = comparison.at_vertices();
+    for (std::size_t v = 0; v < fine.found.points.size(); ++v)
+      if (!vertices.outside[v]) CHECK(vertices.max[v] <= inside.fields[0].max * (1 + 1e-12));
+    const MeshComparison::Sampled sampled = comparison.sampled(20000, seed);
+    CHECK(sampled.inside.fields[0].max <= inside.fields[0].max * (1 + 1e-12));
+    CHECK(sampled.inside.fields[0].mean_square == Approx(inside.fields[0].mean_square).epsilon(0.05));
+  }
+}
+
+TEST_CASE("comparison: slivers count like other tets", "[mesh-comparison]") {
+  // A cube of six tets against the same cube with a point just above the middle of a face: tets of height 1e-9.
+  const auto square = [](const Point& p) { return std::vector<double>{p[0] * p[0]}; };
+  const TetMesh flat_fan =
+      test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {1, 1, 1e-9}},
+                      {{0, 1, 2, 4}, {0, 1, 4, 3}, {1, 2, 4, 3}, {2, 0, 4, 3}}, ScalarType::kFloat64);
+  const TetMesh whole =
+      test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}}, {{0, 1, 2, 3}}, ScalarType::kFloat64);
+  const Sample a(flat_fan, square), b(whole, square);
+  for (const MeshComparison& comparison : {compare(a, b), compare(b, a)}) {
+    const InsideDifference inside = comparison.exact_inside();
+    CHECK(inside.volume == Approx(64.0 / 6).epsilon(1e-12));
+    CHECK(inside.fields[0].max == Approx(3).epsilon(1e-8)); // 4 * 1 - 1 at the point
+  }
+}
+
+TEST_CASE("comparison: meshes apart, flat tets, tets that only touch", "[mesh-comparison]") {
+  const auto zero = [](const Point&) { return std::vector<double>{0.0}; };
+  const auto one = [](const Point&) { return std::vector<double>{1.0}; };
+  const Sample a(cube(2, 0, 1), zero);
+  const Sample far(mapped(cube(1, 0, 1), [](const Point& p) { return Point{p[0] + 100, p[1], p[2]}; }), one);
+  const Sample touching(mapped(cube(1, 0, 1), [](const Point& p) { return Point{p[0] + 32, p[1], p[2]}; }), one);
+  const Sample flat(test::make_mesh({{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {9, 9, 0}}, {{0, 1, 2, 3}}), one);
+  for (const Sample* other : {&far, &touching, &flat}) {
+    const InsideDifference inside = compare(a, *other).exact_inside();
+    CHECK(inside.volume == 0);
+    CHECK(inside.fields[0].max == 0);
+    CHECK(std::all_of(inside.cell_max.begin(), inside.cell_max.end(), [](double x) { return std::isnan(x); }));
+  }
+  CHECK(compare(a, far).sampled(100, 1).inside.points == 0);
+  CHECK_THROWS(MeshComparison(a.view(), far.view(), {}, {2}));
+}
+
+TEST_CASE("comparison: the same on any number of threads, and for the same seed", "[mesh-comparison]") {
+  const Sample fine(cube(6, 3, 1), wavy), coarse(mapped(cube(3, 3, 2),
+                                                        [](const Point&p) {
+                                                          return Point{1.9 * p[0], 2 * p[1], 2.1 * p[2]};
+                                                        }),
+                                                 wavy);
+  const MeshComparison comparison = compare(fine, coarse);
+  std::vector<double> first;
+  for (const int threads : {1, 2, 4}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    const InsideDifference inside = comparison.exact_inside();
+    const OutsideDifference outside = comparison.sampled_outside(inside, 3000, 9);
+    const auto [sampled, beyond] = comparison.sampled(3000, 9);
+    const std::vector<double> all = {
+        inside.fields[0].max, inside.fields[0].mean_square,  inside.volume,         outside.fields[0].max,
+        outside.volume,       outside.fields[0].mean_square, sampled.fields[0].max, sampled.fields[0].mean_square,
+        beyond.fields[0].max};
+    if (first.empty()) first = all;
+    CHECK(all == first);
+    CHECK(comparison.sampled(3000, 10).inside.fields[0].mean_square != sampled.fields[0].mean_square);
+  }
+  const auto cancel = [](const Progress&) { return false; };
+  CHECK_THROWS(comparison.exact_inside(cancel));
+  CHECK_THROWS(comparison.sampled(10, 1, cancel));
+  CHECK_THROWS(comparison.at_vertices(cancel));
+}
+
+TEST_CASE("boundary intersections: none, two sheets that cross, duplicated faces", "[mesh-comparison]") {
+  const auto count = [](const TetMesh& mesh) {
+    const Examination found = examine(mesh);
+    const auto& faces = found.boundary.faces;
+    std::uint64_t plain = 0;
+    for (std::size_t i = 0; i < faces.size(); ++i)
+      for (std::size_t j = i + 1; j < faces.size(); ++j)
+        plain += faces_meet_improperly(faces[i], faces[j], found.points) ? 1 : 0;
+    CHECK(count_boundary_intersections(found.points, faces) == plain);
+    return plain;
+  };
+  for (const test::NamedMesh& named : test::sample_meshes(3))
+    CHECK(count(named.mesh) == 0);
+  // Two tets through one another.
+  CHECK(count(test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {1, 1, -2}, {5, 1, 1}, {1, 5, 1}, {1, 1, 5}},
+                              {{0, 1, 2, 3}, {4, 5, 6, 7}})) > 0);
+}
