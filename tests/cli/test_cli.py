@@ -26,6 +26,7 @@ COMMANDS = {
     "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--focus", "--focus-error",
                 "--errors", "--json"],
     "info": ["--levels", "--json"],
+    "measure": ["--field", "--exact", "--samples", "--seed", "--tolerance", "--threads", "--errors", "--json"],
     "verify": ["--original", "--json"],
     "dump": ["--annotate"],
 }
@@ -447,6 +448,129 @@ class Reports(Case):
         self.assertIn("vertex", wrong(moved, tets, meshes.wave(points)))
 
 
+class Measure(Case):
+    """ORIGINAL is a cube of side 1 with 6 x 6 x 6 cells; SIMPLIFIED is what each test makes of it."""
+
+    def cube(self, name, n, fields, origin=(0.0, 0.0, 0.0), turned=()):
+        points, tets = meshes.grid(n, origin)
+        for t in turned:
+            tets[t] = [tets[t][i] for i in (1, 0, 2, 3)]
+        meshes.vtu(self.folder / name, points, tets, fields(points))
+
+    @staticmethod
+    def quadratic(points):
+        return {"q": ("Float64", [x * x for x, _, _ in points]),
+                "flow": ("Float32", [(x, 2 * y, z) for x, y, z in points])}
+
+    def test_quadratic_field_on_a_coarser_grid(self):
+        self.cube("fine.vtu", 8, self.quadratic)
+        self.cube("coarse.vtu", 2, self.quadratic)
+        report = self.json("measure", "fine.vtu", "coarse.vtu")
+        # x^2 interpolated over cells of 1/2 and of 1/8: apart most in the middle of the large ones, by (1/4)^2.
+        inside = report["inside"]["fields"]
+        self.assertAlmostEqual(inside["q"]["max"], 1 / 16, delta=1e-12)
+        self.assertAlmostEqual(inside["q"]["max_percent"], 100 / 16, delta=1e-9)
+        # The two are a parabola's chords; the square of their difference, integrated cell by cell in x.
+        def chord(x, h):
+            low = min(int(x / h), round(1 / h) - 1) * h
+            return low * low + (x - low) * (2 * low + h)
+        knots = [i / 8 for i in range(9)]
+        square = sum((b - a) / 3 * (f * f + f * g + g * g) for a, b in zip(knots, knots[1:])
+                     for f, g in [(chord(a, 0.5) - a * a, chord(b, 0.5) - b * b)])
+        self.assertAlmostEqual(inside["q"]["rms"], square ** 0.5, delta=1e-12)
+        self.assertLess(inside["flow"]["max"], 1e-7)
+        self.assertAlmostEqual(report["ranges"]["flow"], 6 ** 0.5, delta=1e-6)
+        self.assertAlmostEqual(report["overlap"]["volume"], 1, delta=1e-12)
+        self.assertEqual(report["outside"]["vertices"] + report["outside"]["points"], 0)
+        self.assertLess(report["hausdorff"]["symmetric"]["upper"], 1e-8)
+        self.assertTrue(report["simplified"]["validity"]["valid"])
+        self.assertEqual(report["simplified"]["validity"]["euler_characteristic"], 1)
+        text = self.ptet("measure", "fine.vtu", "coarse.vtu", "--field", "q").stdout
+        for word in ["6.25%", "exact", "Euler characteristic 1", "manifold"]:
+            self.assertIn(word, text)
+        self.assertNotIn("flow", text)
+
+    def test_samples(self):
+        self.cube("fine.vtu", 6, self.quadratic)
+        self.cube("coarse.vtu", 2, self.quadratic)
+        exact = self.json("measure", "fine.vtu", "coarse.vtu", "--exact")["inside"]["fields"]["q"]
+        runs = [self.json("measure", "fine.vtu", "coarse.vtu", "--samples", 20000, "--seed", seed, "--threads", threads)
+                for seed, threads in [(1, 1), (1, 3), (2, 1)]]
+        found = [run["inside"]["fields"]["q"] for run in runs]
+        self.assertEqual(found[0], found[1])
+        self.assertNotEqual(found[0], found[2])
+        self.assertEqual(runs[0]["inside"]["points"], 20000)
+        self.assertLessEqual(found[0]["max"], exact["max"] + 1e-12)
+        self.assertAlmostEqual(found[0]["rms"], exact["rms"], delta=0.02 * exact["rms"])
+
+    def test_a_shifted_mesh(self):
+        self.cube("fine.vtu", 4, self.quadratic)
+        self.cube("shifted.vtu", 4, self.quadratic, origin=(0.25, 0.0, 0.0))
+        report = self.json("measure", "fine.vtu", "shifted.vtu", "--field", "q")
+        self.assertAlmostEqual(report["overlap"]["volume"], 0.75, delta=1e-12)
+        self.assertEqual(report["outside"]["vertices"], 25)
+        self.assertAlmostEqual(report["outside"]["fields"]["q"]["max"], 1 / 16, delta=1e-12)  # (1/4)^2 against 0
+        for way in ["original_to_simplified", "simplified_to_original", "symmetric"]:
+            bounds = report["hausdorff"][way]
+            self.assertLessEqual(bounds["lower"], 0.25 + 1e-12)
+            self.assertGreaterEqual(bounds["upper"], 0.25 - 1e-12)
+            self.assertLessEqual(bounds["upper"], 1.0101 * bounds["lower"])
+
+    def test_defects_are_counted(self):
+        self.cube("fine.vtu", 2, self.quadratic)
+        self.cube("turned.vtu", 2, self.quadratic, turned=[3, 5])
+        validity = self.json("measure", "fine.vtu", "turned.vtu")["simplified"]["validity"]
+        self.assertFalse(validity["valid"])
+        self.assertEqual(validity["inverted_tets"], 2)
+        self.cube("mirrored.vtu", 2, self.quadratic, turned=range(48))  # all of them: another convention
+        mirrored = self.json("measure", "fine.vtu", "mirrored.vtu")
+        self.assertTrue(mirrored["simplified"]["validity"]["valid"])
+        self.assertIn("convention", mirrored["notes"][0])
+        self.assertLess(mirrored["inside"]["fields"]["q"]["max"], 1e-12)
+        points, tets = meshes.grid(2)
+        meshes.vtu(self.folder / "crossed.vtu", [*points, *((x + 0.3, y + 0.3, z + 0.3) for x, y, z in points)],
+                   [*tets, *([v + len(points) for v in tet] for tet in tets)])
+        report = self.json("measure", "fine.vtu", "crossed.vtu")
+        self.assertGreater(report["simplified"]["validity"]["boundary_self_intersections"], 0)
+        self.assertEqual(report["simplified"]["validity"]["components"], 2)
+        self.assertIn("no floating-point field", report["notes"][0])
+
+    def test_errors_as_a_mesh(self):
+        self.cube("fine.vtu", 4, self.quadratic)
+        self.cube("coarse.vtu", 2, self.quadratic)
+        self.ptet("measure", "fine.vtu", "coarse.vtu", "--errors", "errors.vtu")
+        fields = {field["name"]: field for field in self.json("info", "errors.vtu")["fields"]}
+        self.assertAlmostEqual(fields["q error"]["max"], 1 / 16, delta=1e-12)
+        self.assertEqual(fields["q error"]["min"], 0)
+        self.assertIn("flow error", fields)
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "errors.vtk", says=".vtu")
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "fine.vtu", says="fine.vtu")
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "coarse.vtu", says="coarse.vtu")
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "e.vtu", "--samples", 9, says="--errors")
+        self.assertEqual(self.files(), ["coarse.vtu", "errors.vtu", "fine.vtu"])
+
+    def test_what_cannot_be_compared(self):
+        self.cube("fine.vtu", 2, self.quadratic)
+        self.cube("far.vtu", 2, self.quadratic, origin=(3.0, 0.0, 0.0))
+        self.cube("other.vtu", 2, lambda points: {"scalars": ("Float64", [x * x for x, _, _ in points]),
+                                                  "flow": ("Float32", [x for x, _, _ in points])})
+        for extra in [[], ["--samples", 50]]:
+            self.refused(3, "measure", "fine.vtu", "far.vtu", *extra, says=["overlap", "(3, 0, 0) to (4, 1, 1)"])
+        self.refused(2, "measure", "fine.vtu", "other.vtu", "--field", "p", says=["'p'", "'q' and 'flow'"])
+        self.refused(2, "measure", "fine.vtu", "other.vtu", "--field", "q", says=["'q'", "other.vtu", "'scalars'"])
+        self.refused(3, "measure", "fine.vtu", "other.vtu", "--field", "flow", says=["3 components", "and 1"])
+        self.refused(2, "measure", "fine.vtu", "fine.vtu", "--samples", 5, "--exact", says="--exact")
+        for option, values in {"--samples": ["0", "-1", "x", "1%"], "--seed": ["-1", "x"], "--threads": ["-1"],
+                               "--tolerance": ["0%", "1", "nan%", "-1%"]}.items():
+            for value in values:
+                with self.subTest(option=option, value=value):
+                    self.refused(2, "measure", "fine.vtu", "fine.vtu", f"{option}={value}", says=option)
+        self.refused(6, "measure", "fine.vtu", "missing.vtu", says="missing.vtu")
+        report = self.json("measure", "fine.vtu", "other.vtu", "--field", "q=scalars")
+        self.assertEqual(report["inside"]["fields"]["q"]["max"], 0)
+        self.assertIn("flow", self.json("measure", "fine.vtu", "other.vtu")["notes"][0])
+
+
 class RealMeshes(Case):
     def mesh(self, name):
         path = DATA / name
@@ -480,6 +604,19 @@ class RealMeshes(Case):
                 self.assertEqual(run.returncode, 130, err)
                 self.assertLess(time.monotonic() - sent, 60)
                 self.assertEqual((out, err), (b"", b"ptet: interrupted; nothing was written\n"))
+                self.assertEqual(self.files(), [])
+
+    def test_an_interrupted_measure_leaves_nothing_behind(self):
+        motorbike = self.mesh("motorbike.vtu")
+        for after in [0.5, 8.0]:
+            with self.subTest(after=after):
+                with subprocess.Popen([PTET, "measure", str(motorbike), str(motorbike), "--errors", "e.vtu"],
+                                      cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+                    time.sleep(after)
+                    run.send_signal(signal.SIGINT)
+                    out, err = run.communicate(timeout=120)
+                self.assertEqual((run.returncode, out), (130, b""), err)
+                self.assertEqual(err, b"ptet: interrupted; nothing was written\n")
                 self.assertEqual(self.files(), [])
 
     def test_a_second_interrupt_kills_at_once(self):

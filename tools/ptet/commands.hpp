@@ -9,6 +9,7 @@ namespace ptet::cli {
 void add_build(CLI::App& program);
 void add_extract(CLI::App& program);
 void add_info(CLI::App& program);
+void add_measure(CLI::App& program);
 void add_verify(CLI::App& program);
 void add_dump(CLI::App& program);
 

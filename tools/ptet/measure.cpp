@@ -1,0 +1,576 @@
+// ptet measure: how far a simplified mesh is from its original, whoever made it: fields, boundary, volumes, and whether
+// it is a sound mesh. It takes the two meshes and nothing else, so it is a check of what other commands state.
+#include "arguments.hpp"
+#include "commands.hpp"
+#include "console.hpp"
+#include "error/mesh_comparison.hpp"
+#include "error/surface_distance.hpp"
+#include "files.hpp"
+#include "formats/vtk/read.hpp"
+#include "formats/vtk/write.hpp"
+#include "mesh/examination.hpp"
+#include "ptet/validate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <tuple>
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/task_arena.h>
+
+namespace ptet::cli {
+namespace {
+
+/// Random points outside the simplified mesh when what is inside is compared exactly.
+constexpr std::uint64_t kOutsideSamples = 50'000;
+/// Distances below this share of the diagonal need no closer look.
+constexpr double kNegligible = 1e-9;
+
+struct Arguments {
+  std::string original, simplified;
+  std::vector<std::string> fields;
+  bool exact = false;
+  std::optional<std::string> samples, seed, threads, tolerance, errors;
+  bool json = false;
+};
+
+/// What the options say by themselves, before the meshes are known.
+struct Wishes {
+  std::optional<std::uint64_t> samples;
+  std::uint64_t seed = 1;
+  int threads = 0;
+  double tolerance = 0.01;
+};
+
+struct Side {
+  std::string path;
+  TetMesh mesh;
+  Examination found; ///< its points and boundary
+  MeshReport report;
+  std::uint64_t boundary_intersections = 0;
+  double volume = 0;
+};
+
+struct Field {
+  std::string name;
+  std::string simplified_name; ///< what the simplified mesh calls it
+  std::uint32_t components = 1;
+  double range = 0; ///< of the original
+};
+
+struct Outcome {
+  Side original, simplified;
+  std::optional<std::uint64_t> samples; ///< nothing: exact
+  std::vector<Field> fields;
+  std::vector<std::string> notes;
+  InsideDifference inside;
+  OutsideDifference outside;
+  VertexDifference vertices;
+  DistanceBounds there, back; ///< original to simplified boundary, and the reverse
+  double seconds = 0;
+};
+
+Wishes parse(const Arguments& arguments) {
+  constexpr std::uint64_t kMany = 1'000'000'000'000;
+  Wishes wishes;
+  if (arguments.exact && arguments.samples)
+    throw Error(ErrorCode::kBadArgument, "--exact and --samples exclude each other");
+  if (arguments.errors && arguments.samples)
+    throw Error(ErrorCode::kBadArgument, "--errors needs the exact comparison: leave --samples out");
+  if (arguments.errors && ending_of(*arguments.errors) != ".vtu")
+    throw Error(ErrorCode::kBadArgument, "--errors '" + *arguments.errors + "': the ending must be .vtu");
+  if (arguments.samples) wishes.samples = parse_whole("--samples", *arguments.samples, 1, kMany);
+  if (arguments.seed) wishes.seed = parse_whole("--seed", *arguments.seed, 0, kMany);
+  if (arguments.threads) wishes.threads = static_cast<int>(parse_whole("--threads", *arguments.threads, 0, 1024));
+  if (arguments.tolerance) {
+    const Bound bound = parse_bound("--tolerance", *arguments.tolerance);
+    wishes.tolerance = bound.value;
+    if (!bound.relative || !(bound.value > 0))
+      throw Error(ErrorCode::kBadArgument, "--tolerance '" + *arguments.tolerance + "': it must be X% with X above 0");
+  }
+  return wishes;
+}
+
+/// Throws Error(kBadInput) for what makes distances or volumes meaningless. Defects of the complex are only reported.
+void check_usable(const Side& side) {
+  static constexpr std::array kFatal = {"bad-positions",  "tiny-extent", "non-finite-positions",
+                                        "huge-positions", "no-tets",     "ids-out-of-range"};
+  for (const Finding& finding : side.report.findings)
+    for (const char* code : kFatal)
+      if (finding.code == code)
+        throw Error(ErrorCode::kBadInput, "'" + side.path + "' cannot be measured: " +
+                                              finding.message.substr(0, finding.message.rfind(": ")));
+}
+
+Side load(const std::string& path, ProgressLine& progress) {
+  Side side;
+  side.path = path;
+  progress.stage("reading");
+  side.mesh = read_mesh(path, nullptr, progress.callback());
+  side.report = validate(side.mesh, progress.callback());
+  check_usable(side);
+  side.found = examine(side.mesh, progress.callback());
+  return side;
+}
+
+/// Findings of severity kNote are no defects: all tets inverted is another convention of order.
+std::uint64_t count_of(const MeshReport& report, const char* code) {
+  for (const Finding& finding : report.findings)
+    if (finding.code == code && finding.severity != Severity::kNote) return finding.count;
+  return 0;
+}
+
+/// Says so when a mesh orders the vertices of all its tets by the other convention.
+void note_convention(const Side& side, std::vector<std::string>& notes) {
+  for (const Finding& finding : side.report.findings)
+    if (finding.code == "inverted-tets" && finding.severity == Severity::kNote)
+      notes.push_back("'" + side.path + "' orders the vertices of all its tets by the other convention");
+}
+
+// Fields.
+
+bool is_floating(const PointArray& array) {
+  return array.type == ScalarType::kFloat32 || array.type == ScalarType::kFloat64;
+}
+
+/// Empty when the array can be compared; else why not.
+std::string unusable(const Side& side, const PointArray& array) {
+  if (array.size() != side.mesh.vertex_count()) return "has not one row for each vertex in '" + side.path + "'";
+  for (std::uint32_t v = 0; v < array.size(); ++v) {
+    if (!side.found.links.used[v]) continue;
+    for (std::uint32_t i = 0; i < array.components; ++i)
+      if (!std::isfinite(array.value(v, i)))
+        return "is not finite at vertex " + std::to_string(v) + " of '" + side.path + "'";
+  }
+  return {};
+}
+
+/// Largest minus least value; for vectors the diagonal of the box of values. Over vertices in tets.
+double range_of(const Side& side, const PointArray& array) {
+  double range = 0;
+  for (std::uint32_t i = 0; i < array.components; ++i) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (std::uint32_t v = 0; v < array.size(); ++v) {
+      if (!side.found.links.used[v]) continue;
+      low = std::min(low, array.value(v, i));
+      high = std::max(high, array.value(v, i));
+    }
+    range = std::hypot(range, high - low);
+  }
+  return range;
+}
+
+std::vector<std::string> array_names(const TetMesh& mesh) {
+  std::vector<std::string> names;
+  for (const PointArray& array : mesh.point_arrays)
+    names.push_back(array.name);
+  return names;
+}
+
+const PointArray& named_array(const Side& side, const std::string& name) {
+  const PointArray* const array = side.mesh.find(name);
+  if (array != nullptr) return *array;
+  throw Error(ErrorCode::kBadArgument, "--field: there is no field '" + name + "' in '" + side.path + "'; there are " +
+                                           quoted_list(array_names(side.mesh)));
+}
+
+/// NAME, or NAME=OTHER where no array has the whole as its name.
+std::pair<std::string, std::string> names_in(const std::string& text, const Side& original) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || original.mesh.find(text) != nullptr) return {text, text};
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// The fields asked for, or every floating-point one that both meshes have; what is left out gets a note.
+std::vector<Field> choose_fields(const std::vector<std::string>& names, const Side& original, const Side& simplified,
+                                 std::vector<std::string>& notes) {
+  std::vector<Field> fields;
+  const auto why_not = [&](const PointArray& a, const PointArray& b) -> std::string {
+    if (a.components != b.components)
+      return "has " + std::to_string(a.components) + " components in '" + original.path + "' and " +
+             std::to_string(b.components) + " in '" + simplified.path + "'";
+    const std::string why = unusable(original, a);
+    return why.empty() ? unusable(simplified, b) : why;
+  };
+  for (const std::string& text : names) {
+    const auto [name, other] = names_in(text, original);
+    const PointArray &a = named_array(original, name), &b = named_array(simplified, other);
+    if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.name == a.name; })) continue;
+    const std::string why = why_not(a, b);
+    if (!why.empty()) throw Error(ErrorCode::kBadInput, "field '" + name + "' " + why);
+    fields.push_back({name, other, a.components, range_of(original, a)});
+  }
+  if (!names.empty()) return fields;
+  for (const PointArray& a : original.mesh.point_arrays) {
+    const PointArray* const b = simplified.mesh.find(a.name);
+    if (b == nullptr || !is_floating(a) || !is_floating(*b)) continue;
+    const std::string why = why_not(a, *b);
+    if (why.empty()) {
+      fields.push_back({a.name, a.name, a.components, range_of(original, a)});
+    } else {
+      notes.push_back("field '" + a.name + "' is left out: it " + why);
+    }
+  }
+  if (fields.empty()) notes.emplace_back("the meshes have no floating-point field in common: none is compared");
+  return fields;
+}
+
+/// Vertex x channel.
+std::vector<double> values_of(const TetMesh& mesh, const std::vector<Field>& fields, std::string Field::*name) {
+  std::vector<const PointArray*> arrays;
+  arrays.reserve(fields.size());
+  for (const Field& field : fields)
+    arrays.push_back(mesh.find(field.*name));
+  std::vector<double> values;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    for (const PointArray* array : arrays)
+      for (std::uint32_t i = 0; i < array->components; ++i)
+        values.push_back(array->value(v, i));
+  return values;
+}
+
+// Measuring.
+
+void measure_fields(const Wishes& wishes, Outcome& outcome, const ProgressCallback& progress) {
+  const auto& [original, simplified] = std::tie(outcome.original, outcome.simplified);
+  const std::vector<double> values = values_of(original.mesh, outcome.fields, &Field::name);
+  const std::vector<double> other_values = values_of(simplified.mesh, outcome.fields, &Field::simplified_name);
+  std::vector<std::uint32_t> components;
+  for (const Field& field : outcome.fields)
+    components.push_back(field.components);
+  const MeshComparison comparison({original.found.points, original.mesh.tets, values},
+                                  {simplified.found.points, simplified.mesh.tets, other_values},
+                                  simplified.found.boundary.faces, components);
+  outcome.original.volume = comparison.original_volume();
+  outcome.simplified.volume = comparison.simplified_volume();
+  if (wishes.samples) {
+    MeshComparison::Sampled sampled = comparison.sampled(*wishes.samples, wishes.seed, progress);
+    outcome.inside = std::move(sampled.inside);
+    outcome.outside = std::move(sampled.outside);
+  } else {
+    outcome.inside = comparison.exact_inside(progress);
+  }
+  if (!(outcome.inside.volume > 0)) {
+    const auto box = [](const MeshReport& report) {
+      return to_text(report.box_min) + " to " + to_text(report.box_max);
+    };
+    throw Error(ErrorCode::kBadInput, (wishes.samples ? "no sample of '" + original.path + "' lies in '" +
+                                                            simplified.path + "': do the meshes overlap? They"
+                                                      : std::string("the meshes do not overlap: they")) +
+                                          " reach from " + box(original.report) + " and from " +
+                                          box(simplified.report));
+  }
+  if (!wishes.samples)
+    outcome.outside = comparison.sampled_outside(outcome.inside, kOutsideSamples, wishes.seed, progress);
+  outcome.vertices = comparison.at_vertices(progress);
+  comparison.add_vertices(outcome.vertices, outcome.outside);
+}
+
+std::vector<Triangle> boundary_triangles(const Side& side) {
+  std::vector<Triangle> triangles;
+  for (const Face& face : side.found.boundary.faces)
+    triangles.push_back(
+        {side.found.points[face[0].index()], side.found.points[face[1].index()], side.found.points[face[2].index()]});
+  return triangles;
+}
+
+void measure_boundaries(const Wishes& wishes, Outcome& outcome, const ProgressCallback& progress) {
+  const std::vector<Triangle> original = boundary_triangles(outcome.original);
+  const std::vector<Triangle> simplified = boundary_triangles(outcome.simplified);
+  const double negligible = kNegligible * outcome.original.report.diagonal();
+  outcome.there = one_sided_hausdorff(original, TriangleSurface(simplified), wishes.tolerance, negligible, progress);
+  outcome.back = one_sided_hausdorff(simplified, TriangleSurface(original), wishes.tolerance, negligible, progress);
+}
+
+/// The original with the errors at its vertices and in its tets.
+void write_errors(const std::string& path, const Outcome& outcome, const ProgressCallback& progress) {
+  TetMesh mesh = outcome.original.mesh;
+  WriteOptions options;
+  const std::size_t fields = outcome.fields.size();
+  const auto column = [&](const std::vector<double>& table, std::size_t f) {
+    std::vector<double> values;
+    for (std::size_t i = f; i < table.size(); i += fields)
+      values.push_back(table[i]);
+    return values;
+  };
+  for (std::size_t f = 0; f < fields; ++f) {
+    const std::string name = outcome.fields[f].name + " error";
+    const std::vector<double> at_vertices = column(outcome.vertices.max, f);
+    PointArray array{name, ScalarType::kFloat64, 1, std::vector<std::byte>(at_vertices.size() * sizeof(double))};
+    if (!at_vertices.empty()) std::memcpy(array.bytes.data(), at_vertices.data(), array.bytes.size());
+    std::erase_if(mesh.point_arrays, [&](const PointArray& other) { return other.name == name; });
+    mesh.point_arrays.push_back(std::move(array));
+    options.cell_arrays.push_back({name, column(outcome.inside.cell_max, f)});
+  }
+  write_mesh(path, mesh, options, progress);
+}
+
+// Reporting.
+
+/// What is wrong with a mesh as such, in the order of the report.
+struct Defect {
+  const char* key;
+  const char* text;
+  std::uint64_t count;
+};
+std::vector<Defect> defects_of(const Side& side) {
+  const auto count = [&](const char* code) { return count_of(side.report, code); };
+  return {{"inverted_tets", "inverted tets", count("inverted-tets")},
+          {"flat_tets", "flat tets", count("flat-tets")},
+          {"tets_with_repeated_vertices", "tets with a vertex twice", count("repeated-vertices")},
+          {"duplicate_tets", "duplicate tets", count("duplicate-tets")},
+          {"non_manifold_faces", "faces of more than two tets", count("faces-of-many-tets")},
+          {"folded_faces", "faces with both tets on one side", count("folded-faces")},
+          {"non_manifold_edges", "non-manifold boundary edges", count("non-manifold-edges")},
+          {"non_manifold_vertices", "non-manifold vertices", count("non-manifold-vertices")},
+          {"boundary_self_intersections", "pairs of boundary faces that intersect", side.boundary_intersections}};
+}
+
+bool is_valid(const Side& side) {
+  const std::vector<Defect> defects = defects_of(side);
+  return std::all_of(defects.begin(), defects.end(), [](const Defect& defect) { return defect.count == 0; });
+}
+
+Json to_json(const Side& side) {
+  const MeshReport& report = side.report;
+  Json json = {{"path", side.path}, {"vertices", report.vertices}, {"tets", report.tets}, {"volume", side.volume}};
+  Json& validity = json["validity"];
+  validity["valid"] = is_valid(side);
+  for (const Defect& defect : defects_of(side))
+    validity[defect.key] = defect.count;
+  validity["components"] = report.components;
+  validity["boundary_components"] = report.boundary_components;
+  validity["euler_characteristic"] = report.euler_characteristic;
+  validity["boundary_euler_characteristic"] = report.boundary_euler_characteristic;
+  return json;
+}
+
+Json percent_json(double part, double whole) {
+  return whole > 0 ? Json(100 * part / whole) : Json(nullptr);
+}
+
+Json to_json(const FieldDifference& difference, double range) {
+  const double rms = std::sqrt(difference.mean_square);
+  return {{"max", difference.max},
+          {"max_percent", percent_json(difference.max, range)},
+          {"max_at", difference.at},
+          {"rms", rms},
+          {"rms_percent", percent_json(rms, range)}};
+}
+
+Json to_json(const DistanceBounds& bounds, double diagonal) {
+  return {{"lower", bounds.lower},
+          {"upper", bounds.upper},
+          {"lower_percent", percent_json(bounds.lower, diagonal)},
+          {"upper_percent", percent_json(bounds.upper, diagonal)}};
+}
+
+DistanceBounds both_ways(const Outcome& outcome) {
+  return {std::max(outcome.there.lower, outcome.back.lower), std::max(outcome.there.upper, outcome.back.upper)};
+}
+
+void print_json(const Outcome& outcome, const std::optional<std::string>& errors) {
+  const double diagonal = outcome.original.report.diagonal();
+  Json json;
+  json["original"] = to_json(outcome.original);
+  json["simplified"] = to_json(outcome.simplified);
+  json["overlap"] = {{"volume", outcome.inside.volume}, {"exact", !outcome.samples}};
+  json["inside"] = {{"method", outcome.samples ? "sampled" : "exact"}, {"fields", Json::object()}};
+  if (outcome.samples) json["inside"]["points"] = outcome.inside.points;
+  json["outside"] = {{"method", "sampled"},
+                     {"volume", outcome.outside.volume},
+                     {"vertices", outcome.outside.vertices},
+                     {"points", outcome.outside.points},
+                     {"fields", Json::object()}};
+  json["ranges"] = Json::object();
+  for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
+    const auto& [name, simplified_name, components, range] = outcome.fields[f];
+    json["ranges"][name] = range;
+    json["inside"]["fields"][name] = to_json(outcome.inside.fields[f], range);
+    if (outcome.outside.vertices + outcome.outside.points > 0)
+      json["outside"]["fields"][name] = to_json(outcome.outside.fields[f], range);
+  }
+  json["hausdorff"] = {{"diagonal", diagonal},
+                       {"original_to_simplified", to_json(outcome.there, diagonal)},
+                       {"simplified_to_original", to_json(outcome.back, diagonal)},
+                       {"symmetric", to_json(both_ways(outcome), diagonal)}};
+  json["notes"] = outcome.notes;
+  json["seconds"] = outcome.seconds;
+  json["errors"] = errors ? Json(*errors) : Json(nullptr);
+  print(json);
+}
+
+std::string with_percent(double value, double whole) {
+  const std::string share = percent(value, whole);
+  return brief(value) + (share.empty() ? "" : " (" + share + ")");
+}
+
+void print_side(const char* label, const Side& side) {
+  const MeshReport& report = side.report;
+  std::cout << label << side.path << ": " << counted(report.vertices, "vertex") << ", " << counted(report.tets, "tet")
+            << ", volume " << brief(side.volume, 6) << ", " << counted(report.components, "component")
+            << ", Euler characteristic " << report.euler_characteristic << '\n';
+}
+
+void print_validity(const Outcome& outcome) {
+  const std::vector<Defect> before = defects_of(outcome.original), after = defects_of(outcome.simplified);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    if (after[i].count == 0) continue;
+    std::cout << "  defect      " << after[i].text << ": " << grouped(after[i].count);
+    if (before[i].count > 0) std::cout << " (the original has " << grouped(before[i].count) << ")";
+    std::cout << '\n';
+  }
+  std::cout << "  validity    "
+            << (is_valid(outcome.simplified) ? "the simplified mesh is a manifold of positively oriented tets, and its "
+                                               "boundary does not intersect itself"
+                                             : "the simplified mesh has defects")
+            << '\n';
+}
+
+void print_fields(const Outcome& outcome) {
+  const auto line = [](const char* label, const FieldDifference& difference, double range) {
+    std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at)
+              << ", RMS " << with_percent(std::sqrt(difference.mean_square), range) << '\n';
+  };
+  const OutsideDifference& outside = outcome.outside;
+  for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
+    const auto& [name, simplified_name, components, range] = outcome.fields[f];
+    std::cout << "  field       " << name << ", range " << brief(range) << '\n';
+    line("    inside    ", outcome.inside.fields[f], range);
+    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range);
+  }
+  std::cout << "  inside      "
+            << (outcome.samples ? "sampled: " + counted(outcome.inside.points, "point") : std::string("exact")) << '\n';
+  std::cout << "  outside     ";
+  if (outside.vertices + outside.points == 0) {
+    std::cout << "no vertex and no sample of the original\n";
+  } else {
+    std::cout << "sampled: " << counted(outside.vertices, "vertex") << " and "
+              << counted(outside.points, "random point") << " against the closest point\n";
+  }
+}
+
+void print_text(const Outcome& outcome, const std::optional<std::string>& errors) {
+  const double diagonal = outcome.original.report.diagonal();
+  print_side("original      ", outcome.original);
+  print_side("simplified    ", outcome.simplified);
+  std::cout << "  overlap     " << brief(outcome.inside.volume, 6) << " ("
+            << percent(outcome.inside.volume, outcome.original.volume) << " of the original, "
+            << percent(outcome.inside.volume, outcome.simplified.volume) << " of the simplified mesh)\n";
+  print_fields(outcome);
+  const auto distance = [&](const char* label, const DistanceBounds& bounds) {
+    std::cout << "  distance    " << label << with_percent(bounds.lower, diagonal) << " to "
+              << with_percent(bounds.upper, diagonal) << '\n';
+  };
+  distance("original to simplified boundary ", outcome.there);
+  distance("simplified to original boundary ", outcome.back);
+  print_validity(outcome);
+  for (const std::string& note : outcome.notes)
+    std::cout << "  note        " << note << '\n';
+  if (errors) std::cout << "  written     " << *errors << '\n';
+  std::cout << "  time        " << brief(outcome.seconds, 3) << " s\n";
+}
+
+void run(const Arguments& arguments) {
+  const Wishes wishes = parse(arguments);
+  std::string target;
+  if (arguments.errors) {
+    target = checked_output(*arguments.errors, arguments.original);
+    target = checked_output(*arguments.errors, arguments.simplified);
+  }
+  const auto begin = Clock::now();
+  const int threads = wishes.threads == 0 ? oneapi::tbb::info::default_concurrency() : wishes.threads;
+  const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(threads));
+  oneapi::tbb::task_arena arena(threads);
+  ProgressLine progress;
+  Outcome outcome;
+  outcome.samples = wishes.samples;
+  outcome.original = load(arguments.original, progress);
+  outcome.simplified = load(arguments.simplified, progress);
+  note_convention(outcome.original, outcome.notes);
+  note_convention(outcome.simplified, outcome.notes);
+  outcome.fields = choose_fields(arguments.fields, outcome.original, outcome.simplified, outcome.notes);
+  arena.execute([&] {
+    measure_fields(wishes, outcome, progress.callback());
+    measure_boundaries(wishes, outcome, progress.callback());
+    for (Side* side : {&outcome.original, &outcome.simplified})
+      side->boundary_intersections =
+          count_boundary_intersections(side->found.points, side->found.boundary.faces, progress.callback());
+  });
+  if (arguments.errors) {
+    progress.stage("writing");
+    write_errors(target, outcome, progress.callback());
+  }
+  outcome.seconds = seconds_since(begin);
+  progress.erase();
+  arguments.json ? print_json(outcome, arguments.errors) : print_text(outcome, arguments.errors);
+}
+
+constexpr const char* kExamples = R"(Examples:
+  ptet measure fire.vtu coarse.vtu
+  ptet measure fire.vtu coarse.vtu --field t --json
+  ptet measure wing.vtu decimated.vtu --field pressure=scalars --samples 1000000 --seed 7
+  ptet measure fire.vtu coarse.vtu --errors errors.vtu
+
+SIMPLIFIED may be any tetrahedral mesh of about the same domain, made by whatever program; it need not share vertices
+with ORIGINAL. The difference of a field is the Euclidean norm over its components.
+
+inside    where the two domains overlap: exact by clipping tets against tets, or with --samples at random points spread
+          over the volume (then the maximum is a lower bound). Where tets overlap others of their own mesh, every pair
+          counts.
+outside   the rest of ORIGINAL's domain, against the value at the closest point of SIMPLIFIED. Always sampled: the
+          vertices of ORIGINAL that lie there, and 50,000 random points (with --samples: those of the N that fall there).
+          The RMS is over the points.
+distance  the one-sided Hausdorff distances between the boundaries, each between a lower bound that is attained and an
+          upper bound that is certified, at most --tolerance apart, or below 1e-9 of the diagonal.
+validity  tets whose orientation or shape is wrong (exact), what is no manifold, boundary faces that intersect (exact).
+          What is found does not change the exit code.
+
+--errors writes ORIGINAL with an array "NAME error" for each field: at vertices the difference there, in tets the
+greatest difference over what SIMPLIFIED covers of it (NaN where that is nothing).
+
+--json prints {"original", "simplified": {"volume", "validity": {"valid", ...}}, "overlap", "inside", "outside":
+{"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent"}}}, "ranges", "hausdorff", "notes", "seconds"}.
+)";
+
+} // namespace
+
+void add_measure(CLI::App& program) {
+  CLI::App* const command =
+      program.add_subcommand("measure", "Compare any simplified mesh with its original: fields, boundary, validity");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("ORIGINAL", arguments->original, "the mesh that counts as the truth")
+      ->required()
+      ->option_text(" ");
+  command->add_option("SIMPLIFIED", arguments->simplified, "the mesh to compare: .vtu, .pvtu, .vtk or Exodus")
+      ->required()
+      ->option_text(" ");
+  command
+      ->add_option("--field", arguments->fields,
+                   "compare this point array; repeatable. NAME=OTHER when\nSIMPLIFIED calls it OTHER. Without it "
+                   "every\nfloating-point array that both have")
+      ->allow_extra_args(false)
+      ->option_text("NAME[=OTHER]");
+  command->add_flag("--exact", arguments->exact, "errors inside exact, by clipping (what it does anyway)");
+  command->add_option("--samples", arguments->samples, "errors inside at N random points instead")->option_text("N");
+  command->add_option("--seed", arguments->seed, "of the random points (1)")->option_text("N");
+  command->add_option("--tolerance", arguments->tolerance, "between the bounds of a distance (1%)")->option_text("X%");
+  command
+      ->add_option("--threads", arguments->threads,
+                   "worker threads; 0: as many as the machine has (0).\nThe result does not depend on it")
+      ->option_text("N");
+  command->add_option("--errors", arguments->errors, "write ORIGINAL with its errors as a .vtu")->option_text("OUT");
+  command->add_flag("--json", arguments->json, "the report as one JSON object");
+  command->footer(kExamples);
+  command->callback([arguments] { run(*arguments); });
+}
+
+} // namespace ptet::cli
