@@ -241,27 +241,40 @@ TEST_CASE("comparison: exact errors of random meshes against dense sampling", "[
 }
 
 TEST_CASE("comparison: slivers count like other tets", "[mesh-comparison]") {
-  // A cube of six tets against the same cube with a point just above the middle of a face: tets of height 1e-9.
-  const auto square = [](const Point& p) { return std::vector<double>{p[0] * p[0]}; };
-  const TetMesh flat_fan =
-      test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {1, 1, 1e-9}},
-                      {{0, 1, 2, 4}, {0, 1, 4, 3}, {1, 2, 4, 3}, {2, 0, 4, 3}}, ScalarType::kFloat64);
+  // A tet against the same tet with a point just above one of its faces, all turned: a tet of height 1e-9. There the
+  // values are 1 and, a quarter of 16, 4.
+  const auto turned = [](const Point& p) {
+    const double c = std::cos(0.7), s = std::sin(0.7), y = s * p[0] + c * p[1];
+    return Point{c * p[0] - s * p[1], c * y - s * p[2], s * y + c * p[2]};
+  };
+  const TetMesh fan = test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {1, 1, 1e-9}},
+                                      {{0, 1, 2, 4}, {0, 1, 4, 3}, {1, 2, 4, 3}, {2, 0, 4, 3}}, ScalarType::kFloat64);
   const TetMesh whole =
       test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}}, {{0, 1, 2, 3}}, ScalarType::kFloat64);
-  const Sample a(flat_fan, square), b(whole, square);
-  for (const MeshComparison& comparison : {compare(a, b), compare(b, a)}) {
-    const InsideDifference inside = comparison.exact_inside();
+  const auto none = [](const Point&) { return std::vector<double>{0.0}; };
+  Sample a(mapped(fan, turned), none), b(mapped(whole, turned), none);
+  a.values = {0, 16, 0, 0, 1};
+  b.values = {0, 16, 0, 0};
+  for (const bool swapped : {false, true}) {
+    const InsideDifference inside = (swapped ? compare(b, a) : compare(a, b)).exact_inside();
     CHECK(inside.volume == Approx(64.0 / 6).epsilon(1e-12));
-    CHECK(inside.fields[0].max == Approx(3).epsilon(1e-8)); // 4 * 1 - 1 at the point
+    CHECK(inside.fields[0].max == Approx(3).epsilon(1e-9));
   }
 }
 
 TEST_CASE("comparison: meshes apart, flat tets, tets that only touch", "[mesh-comparison]") {
   const auto zero = [](const Point&) { return std::vector<double>{0.0}; };
   const auto one = [](const Point&) { return std::vector<double>{1.0}; };
-  const Sample a(cube(2, 0, 1), zero);
-  const Sample far(mapped(cube(1, 0, 1), [](const Point& p) { return Point{p[0] + 100, p[1], p[2]}; }), one);
-  const Sample touching(mapped(cube(1, 0, 1), [](const Point& p) { return Point{p[0] + 32, p[1], p[2]}; }), one);
+  // Turned, so that faces which touch do so only to rounding.
+  const auto turned = [](double x, double y, double z) {
+    const double c = std::cos(0.7), s = std::sin(0.7);
+    return Point{c * x - s * y, c * (s * x + c * y) - s * z, s * (s * x + c * y) + c * z};
+  };
+  const auto moved = [&](const TetMesh& mesh, double by) {
+    return mapped(mesh, [&](const Point& p) { return turned(p[0] + by, p[1], p[2]); });
+  };
+  const Sample a(moved(cube(2, 0, 1), 0), zero);
+  const Sample far(moved(cube(1, 0, 1), 100), one), touching(moved(cube(3, 0, 1), 32), one);
   const Sample flat(test::make_mesh({{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {9, 9, 0}}, {{0, 1, 2, 3}}), one);
   for (const Sample* other : {&far, &touching, &flat}) {
     const InsideDifference inside = compare(a, *other).exact_inside();
