@@ -1,12 +1,19 @@
 #include "build/builder.hpp"
 
 #include "build/boundary_surface.hpp"
+#include "build/candidates.hpp"
 #include "build/certify.hpp"
-#include "build/collapse_check.hpp"
+#include "build/collapse_cost.hpp"
 #include "build/cut_conflicts.hpp"
+#include "build/field_samples.hpp"
+#include "build/gradient_predictor.hpp"
+#include "build/local_predictor.hpp"
 #include "build/normalized_fields.hpp"
+#include "build/per_tet_predictor.hpp"
 #include "build/quadric_predictor.hpp"
 #include "build/removed_vertices.hpp"
+#include "build/trial.hpp"
+#include "build/weighted_sum_predictor.hpp"
 #include "build/working_complex.hpp"
 #include "mesh/shape.hpp"
 #include "ptet/error.hpp"
@@ -17,8 +24,10 @@
 #include <cmath>
 #include <compare>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
+#include <type_traits>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -33,26 +42,12 @@ namespace {
 /// Stars are called into the cache so many vertices ahead.
 constexpr std::size_t kPrefetch = 3;
 constexpr unsigned kMostThreads = 1024;
-constexpr float kNoCandidate = std::numeric_limits<float>::infinity();
-/// A vertex all of whose half-edges were refused waits 1, 2, 4, ... rounds; at most 2 to this power.
-constexpr std::uint32_t kLongestWait = 5;
 /// Without thresholds from the user, a domain error of this fraction of the diagonal weighs as much as a field error
 /// of the whole range.
-constexpr double kDomainPerField = 1.0 / 16;
-
-struct HalfEdge {
-  float cost = kNoCandidate;
-  Vertex target = kNone;
-  friend auto operator<=>(const HalfEdge&, const HalfEdge&) = default;
-};
-
-/// What is known of a vertex as one to be removed.
-struct Candidate {
-  HalfEdge next;                  ///< the cheapest half-edge not refused since the star last changed; none: no target
-  std::uint32_t height = 0;       ///< longest chain of records below the star
-  std::uint32_t failures = 0;     ///< how often every half-edge was refused
-  std::uint32_t resume_round = 0; ///< not looked at again before this round, unless nothing else is left
-};
+constexpr double kDomainPerField = 1;
+/// An evaluation is given up once its error is so many times the round's cost: it would be put back anyway, and the
+/// factor keeps it from coming up again soon.
+constexpr double kGiveUpAt = 2;
 
 double diagonal_of(const PreparedMesh& prepared) {
   Point low = prepared.points.at(0);
@@ -92,6 +87,27 @@ double seconds_of(F&& f) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Quadrics predict, or choose and weigh what is simulated; then the mean square is theirs to tell.
+std::unique_ptr<Predictor> other_predictor(const BuildOptions& options, const WorkingComplex& complex,
+                                           const PreparedMesh& prepared, const NormalizedFields& fields,
+                                           double diagonal, std::vector<double> weights, double domain_weight) {
+  const auto make = [&]<class P>(std::type_identity<P>) -> std::unique_ptr<Predictor> {
+    return std::make_unique<P>(complex, prepared.points, fields, diagonal, std::move(weights), domain_weight);
+  };
+  switch (options.prediction) {
+  case Prediction::kLocal: return make(std::type_identity<LocalPredictor>{});
+  case Prediction::kGradient: return make(std::type_identity<GradientPredictor>{});
+  case Prediction::kWeightedSum:
+    return std::make_unique<WeightedSumPredictor>(complex, prepared.points, fields, diagonal, std::move(weights),
+                                                  domain_weight, WeightedSumPredictor::Weights{});
+  case Prediction::kPerTet: return make(std::type_identity<PerTetPredictor>{});
+  case Prediction::kQuadric:
+  case Prediction::kSimulate:
+  case Prediction::kExact: break;
+  }
+  return nullptr;
+}
+
 class Builder {
 public:
   Builder(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
@@ -102,25 +118,38 @@ public:
         domain_limit_(options.max_domain_error.absolute(diagonal_)),
         complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
         surface_(complex_, prepared.points, diagonal_, frozen_), removed_(prepared.points, fields_, diagonal_),
-        predictor_(complex_, prepared.points, fields_, diagonal_, field_weights(), domain_weight()),
-        check_(complex_, prepared.points, options.min_quality, options.max_star),
-        candidates_(prepared.used_vertex_count), dirty_(prepared.used_vertex_count, 1),
-        touched_(prepared.used_vertex_count + 1, 0), alive_count_(prepared.used_vertex_count), marks_([this] {
-          return Marks{std::vector<std::uint32_t>(complex_.vertex_count() + 1), 0};
-        }) {
+        cost_(options.objective, field_weights()), touched_(prepared.used_vertex_count + 1, 0),
+        alive_count_(prepared.used_vertex_count) {
+    if (evaluates_exactly() || (has_field_limits() && options.evaluation == Evaluation::kExact))
+      exact_.emplace(prepared, fields_.view());
+    predictor_ = other_predictor(options, complex_, prepared, fields_, diagonal_, field_weights(), domain_weight());
+    if (!predictor_) {
+      auto quadrics = std::make_unique<QuadricPredictor>(
+          complex_, prepared.points, fields_, diagonal_, field_weights(), domain_weight(),
+          options.prediction == Prediction::kQuadric ? QuadricWeight::kRootOfVolume : QuadricWeight::kVolume);
+      quadrics_ = quadrics.get();
+      predictor_ = std::move(quadrics);
+    }
+    if (options.evaluation == Evaluation::kSamples)
+      removed_.hold_samples(complex_, field_samples(prepared.mesh.tets, prepared.points, fields_));
+    stream_.volume = volume_of(prepared);
+    squared_scale_ = squared_scales(fields_, stream_.volume);
+    vertex_volume_ = stream_.volume / std::max<double>(1, prepared.used_vertex_count);
+    if (evaluates_exactly()) slot_squared_.resize(complex_.slot_count() * fields_.field_count());
+    frozen_.resize(prepared.used_vertex_count);
+    candidates_.emplace(
+        complex_, surface_, *predictor_, quadrics_, cost_, options.prediction, options.round_fraction,
+        [this] {
+          return Trial(complex_, prepared_.points, removed_, exact_ ? &*exact_ : nullptr, options_.min_quality,
+                       options_.max_star);
+        },
+        frozen_);
+    report.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] =
+        static_cast<std::uint64_t>(std::count_if(frozen_.begin(), frozen_.end(), [](char x) { return x != 0; }));
     const double target = options.target_vertices < 1
                               ? options.target_vertices * static_cast<double>(prepared.used_vertex_count)
                               : options.target_vertices;
-    if (has_field_limits() && options.evaluation == Evaluation::kExact) {
-      exact_.emplace(prepared, fields_.view());
-      exact_workspace_.emplace(*exact_);
-    }
-    report.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] =
-        static_cast<std::uint64_t>(std::count_if(frozen_.begin(), frozen_.begin() + prepared.used_vertex_count,
-                                                 [](char frozen) { return frozen != 0; }));
     target_count_ = static_cast<std::uint32_t>(std::min<double>(std::ceil(target), alive_count_));
-    for (Vertex v = 0; v < frozen_.size(); ++v)
-      if (v < prepared.used_vertex_count && !frozen_[v]) movable_.push_back(v);
   }
 
   RecordStream run() {
@@ -132,7 +161,9 @@ public:
                                               static_cast<std::size_t>(threads));
     oneapi::tbb::task_arena arena(threads);
     report_.collapse_seconds = seconds_of([&] { arena.execute([&] { collapse_all(); }); });
-    if (options_.evaluation == Evaluation::kExact)
+    report_.simulations = candidates_->simulations();
+    candidates_.reset(); // its memory is wanted
+    if (options_.evaluation == Evaluation::kExact && !evaluates_exactly())
       report_.certify_seconds =
           seconds_of([&] { arena.execute([&] { certify_field_errors(prepared_, fields_, stream_, progress_); }); });
     arena.execute([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, stream_, progress_); });
@@ -141,11 +172,15 @@ public:
   }
 
 private:
-  struct Marks {
-    std::vector<std::uint32_t> mark;
-    std::uint32_t stamp;
+  /// What became of the exact evaluation of a candidate.
+  struct Verdict {
+    CollapseStatus status = CollapseStatus::kAccepted;
+    float cost = 0;
+    std::vector<double> errors;    ///< one a field, fractions of the ranges
+    std::vector<double> integrals; ///< of the squared error: modified slot x field
   };
 
+  [[nodiscard]] bool evaluates_exactly() const { return options_.prediction == Prediction::kExact; }
   [[nodiscard]] std::vector<double> field_weights() const {
     std::vector<double> weights;
     for (const double limit : field_limit_)
@@ -184,27 +219,24 @@ private:
   }
 
   void collapse_all() {
-    bool swept = true; // nothing was accepted or refused since every vertex was looked at afresh
+    bool swept = true; // nothing was accepted since every vertex was looked at afresh
     while (alive_count_ > target_count_) {
       ++round_;
-      predict();
-      const auto picked = pick();
+      candidates_->predict(round_);
+      const auto picked = candidates_->pick();
       if (picked.empty()) {
         if (swept) break;
         // Refusals may have lost their reason by collapses near by: look at everything once more.
-        for (const Vertex v : movable_) {
-          dirty_[v] = 1;
-          candidates_[v].resume_round = 0;
-        }
+        candidates_->forget_all();
         swept = true;
-        before_sweep_ = report_.collapses;
+        before_sweep_ = refusals();
         continue;
       }
       const std::size_t before = stream_.size();
-      for (std::size_t i = 0; i < picked.size() && alive_count_ > target_count_; ++i) {
-        if (i + kPrefetch < picked.size()) complex_.prefetch_star(picked[i + kPrefetch]);
-        try_vertex(picked[i]);
-      }
+      if (evaluates_exactly())
+        take_measured(picked);
+      else
+        take_predicted(picked);
       if (stream_.size() != before) {
         swept = false;
         ++report_.rounds;
@@ -212,18 +244,28 @@ private:
       tell_progress();
     }
     report_.stopped_by = alive_count_ <= target_count_ ? "target" : why_stuck();
+    report_.collapses = refusals();
+  }
+
+  /// By CollapseStatus: what has become of all half-edges looked at so far.
+  [[nodiscard]] StatusCounts refusals() const {
+    StatusCounts sum = candidates_->refusals();
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      sum[i] += report_.collapses[i];
+    return sum;
   }
 
   /// What stands against the half-edges that are left, from the last sweep over all of them.
   [[nodiscard]] std::string why_stuck() const {
+    const StatusCounts all = refusals();
     std::string reasons;
     for (std::size_t i = 1; i < kCollapseStatusCount; ++i) {
-      const std::uint64_t count = report_.collapses[i] - before_sweep_[i];
+      const std::uint64_t count = all[i] - before_sweep_[i];
       if (count != 0)
         reasons += (reasons.empty() ? "" : ", ") + std::string(name_of(static_cast<CollapseStatus>(i))) + " " +
                    std::to_string(count);
     }
-    const auto frozen = alive_count_ - movable_.size();
+    const auto frozen = alive_count_ - candidates_->movable_count();
     if (frozen != 0)
       reasons += (reasons.empty() ? "" : ", ") + std::string("frozen vertices ") + std::to_string(frozen);
     return "no candidate left (" + (reasons.empty() ? "no edge may be collapsed" : "refused: " + reasons) + ")";
@@ -236,154 +278,147 @@ private:
       throw Error(ErrorCode::kCancelled, "the build was cancelled");
   }
 
-  /// Calls `visit(cost, target)` for every half-edge out of `v` that may be tried; sets its height.
-  template <class Visit>
-  void for_each_half_edge(Vertex v, Marks& marks, Visit&& visit) {
-    ++marks.stamp;
-    marks.mark[v] = marks.stamp;
-    const bool boundary = surface_.contains(v);
-    std::uint32_t height = 0;
-    for (const SlotId s : complex_.star(v)) {
-      const Slot& slot = complex_.slot(s);
-      height = std::max(height, slot.height);
-      // A boundary vertex may only move along the boundary: its targets stand in its ghosts.
-      if (boundary && !complex_.is_ghost(slot)) continue;
-      for (const Vertex x : slot.v) {
-        if (x == complex_.dummy() || marks.mark[x] == marks.stamp) continue;
-        marks.mark[x] = marks.stamp;
-        visit(predictor_.cost(v, x), x);
+  /// Takes the collapses of a round by what was predicted of them.
+  void take_predicted(const std::vector<Vertex>& picked) {
+    for (std::size_t i = 0; i < picked.size() && alive_count_ > target_count_; ++i) {
+      if (i + kPrefetch < picked.size()) complex_.prefetch_star(picked[i + kPrefetch]);
+      const Vertex vs = picked[i];
+      // As far down its half-edges as this round's cost goes.
+      while (touched_[vs] != round_ && candidates_->best(vs).target != kNone &&
+             candidates_->best(vs).cost <= candidates_->round_cost()) {
+        if (counted(try_collapse(vs, candidates_->best(vs).target, nullptr)) == CollapseStatus::kAccepted) break;
+        candidates_->drop_best(vs, round_);
       }
     }
-    candidates_[v].height = height;
   }
 
-  void predict_vertex(Vertex v, Marks& marks) {
-    HalfEdge cheapest;
-    for_each_half_edge(v, marks, [&](float cost, Vertex x) { cheapest = std::min(cheapest, HalfEdge{cost, x}); });
-    candidates_[v].next = cheapest;
-  }
-
-  void predict() {
-    std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
-    work_.clear();
-    for (const Vertex v : movable_)
-      if (dirty_[v] && candidates_[v].resume_round <= round_) {
-        dirty_[v] = 0;
-        work_.push_back(v);
-      }
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), 256), [&](const auto& range) {
-      Marks& marks = marks_.local();
-      for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        if (i + kPrefetch < range.end()) complex_.prefetch_star(work_[i + kPrefetch]);
-        predict_vertex(work_[i], marks);
-      }
+  /// Measures candidates whose stars do not overlap, in parallel, and takes those that are still among the best.
+  void take_measured(const std::vector<Vertex>& picked) {
+    std::vector<Vertex> apart;
+    for (const Vertex vs : picked) {
+      if (touched_[vs] == round_) continue;
+      for (const SlotId s : complex_.star(vs))
+        for (const Vertex x : complex_.slot(s).v)
+          touched_[x] = round_;
+      apart.push_back(vs);
+    }
+    touched_[complex_.dummy()] = 0;
+    std::vector<Verdict> verdicts(apart.size());
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, apart.size(), 8), [&](const auto& range) {
+      Trial& trial = candidates_->trial();
+      for (std::size_t i = range.begin(); i != range.end(); ++i)
+        verdicts[i] = measure(apart[i], trial);
     });
+    report_.exact_evaluations += apart.size();
+    for (std::size_t i = 0; i < apart.size() && alive_count_ > target_count_; ++i) {
+      const Vertex vs = apart[i];
+      if (verdicts[i].status == CollapseStatus::kAccepted && verdicts[i].cost > candidates_->round_cost()) {
+        candidates_->raise_best(vs, verdicts[i].cost);
+        continue;
+      }
+      CollapseStatus status = verdicts[i].status;
+      if (status == CollapseStatus::kAccepted) status = try_collapse(vs, candidates_->best(vs).target, &verdicts[i]);
+      if (counted(status) != CollapseStatus::kAccepted) candidates_->drop_best(vs, round_);
+    }
   }
 
-  /// The best part of the candidates by cost, in the order (height, octave of cost, vertex).
-  std::vector<Vertex> pick() {
-    std::vector<Vertex> live;
-    for (const Vertex v : movable_)
-      if (candidates_[v].next.target != kNone) live.push_back(v);
-    if (live.empty()) return live;
-    const auto by_cost = [&](Vertex a, Vertex b) {
-      return std::tie(candidates_[a].next.cost, a) < std::tie(candidates_[b].next.cost, b);
+  /// The exact errors of a candidate and what it costs by them; at least kGiveUpAt times the round's cost when it was
+  /// given up.
+  [[nodiscard]] Verdict measure(Vertex vs, Trial& trial) const {
+    const std::size_t fields = fields_.field_count();
+    const HalfEdge half_edge = candidates_->best(vs);
+    Verdict verdict;
+    verdict.status = trial.examine(vs, half_edge.target);
+    if (verdict.status != CollapseStatus::kAccepted) return verdict;
+    const auto seen = trial.simulate().errors();
+    verdict.errors.assign(seen.begin(), seen.end());
+    // The integral grows from what stands in the star now to what the collapse makes of it.
+    std::vector<double> growth(fields), cost_growth(fields);
+    for (const std::span<const SlotId> part : {trial.check().deleted(), trial.check().modified()})
+      for (const SlotId s : part)
+        for (std::size_t f = 0; f < fields; ++f)
+          growth[f] -= slot_squared_[s * fields + f];
+    const double enough = kGiveUpAt * static_cast<double>(candidates_->round_cost());
+    const auto cost = [&] {
+      for (std::size_t f = 0; f < fields; ++f)
+        cost_growth[f] = growth[f] / vertex_volume_;
+      return std::max(cost_.of_maximum(verdict.errors), cost_.of_mean(cost_growth));
     };
-    const auto count = std::clamp<std::size_t>(
-        static_cast<std::size_t>(std::ceil(options_.round_fraction * static_cast<double>(live.size()))), 1,
-        live.size());
-    std::nth_element(live.begin(), live.begin() + static_cast<std::ptrdiff_t>(count - 1), live.end(), by_cost);
-    live.resize(count);
-    round_cost_ = candidates_[live.back()].next.cost;
-    // Within an octave of cost along the curve of the numbering: what is near in space is near in memory.
-    const auto octave = [&](Vertex v) { return std::bit_cast<std::uint32_t>(candidates_[v].next.cost) >> 23U; };
-    std::sort(live.begin(), live.end(), [&](Vertex a, Vertex b) {
-      return std::make_tuple(candidates_[a].height, octave(a), a) <
-             std::make_tuple(candidates_[b].height, octave(b), b);
-    });
-    return live;
-  }
-
-  /// Tries the half-edges out of `vs`, cheapest first, as far as this round's cost goes.
-  void try_vertex(Vertex vs) {
-    Candidate& candidate = candidates_[vs];
-    if (touched_[vs] == round_) return;
-    if (counted_try(vs, candidate.next.target)) return;
-    const HalfEdge refused = candidate.next;
-    half_edges_.clear();
-    for_each_half_edge(vs, marks_.local(), [&](float cost, Vertex x) {
-      if (refused < HalfEdge{cost, x}) half_edges_.push_back({cost, x});
-    });
-    std::sort(half_edges_.begin(), half_edges_.end());
-    for (const HalfEdge& half_edge : half_edges_) {
-      if (half_edge.cost > round_cost_) {
-        candidate.next = half_edge;
-        return;
+    const bool whole = trial.measure(verdict.errors, &verdict.integrals, [&] {
+      for (std::size_t f = 0; f < fields; ++f) {
+        growth[f] += verdict.integrals[verdict.integrals.size() - fields + f];
+        if (verdict.errors[f] > field_limit_[f]) verdict.status = CollapseStatus::kFieldError;
       }
-      if (counted_try(vs, half_edge.target)) return;
-    }
-    // A vertex that nothing can be done with is likely to stay so: wait longer each time.
-    candidate.next = {};
-    candidate.resume_round = round_ + (1U << std::min(candidate.failures++, kLongestWait));
+      return verdict.status != CollapseStatus::kAccepted || cost() > enough;
+    });
+    verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
+    if (!whole) verdict.cost = std::max(verdict.cost, std::nextafter(candidates_->round_cost(), INFINITY));
+    return verdict;
   }
 
-  bool counted_try(Vertex vs, Vertex vd) {
-    const CollapseStatus status = try_collapse(vs, vd);
+  CollapseStatus counted(CollapseStatus status) {
     ++report_.collapses[static_cast<std::size_t>(status)];
-    return status == CollapseStatus::kAccepted;
+    return status;
   }
 
-  CollapseStatus try_collapse(Vertex vs, Vertex vd) {
-    const CollapseStatus status = check_.examine(vs, vd);
+  /// `measured`: what is known exactly; null: the errors are those at the removed vertices, or as predicted.
+  CollapseStatus try_collapse(Vertex vs, Vertex vd, const Verdict* measured) {
+    Trial& trial = candidates_->trial();
+    const CollapseCheck& check = trial.check();
+    const CollapseStatus status = trial.examine(vs, vd);
     if (status != CollapseStatus::kAccepted) return status;
     double domain_error = 0;
-    if (check_.moves_boundary()) {
+    if (check.moves_boundary()) {
       if (!surface_.collapse_ok(vs, vd)) return CollapseStatus::kSurfaceTopology;
       domain_error = surface_.simulate(vs, vd);
       if (domain_error > domain_limit_) return CollapseStatus::kDomainError;
+      if (surface_.would_intersect(complex_, vs, vd, check.modified(), check.deleted()))
+        return CollapseStatus::kSelfIntersection;
     }
-    if (check_.moves_boundary() && surface_.would_intersect(complex_, vs, vd, check_.modified(), check_.deleted()))
-      return CollapseStatus::kSelfIntersection;
-    removed_.simulate(complex_, vs, vd, check_.deleted(), check_.modified(), check_.moves_boundary());
-    const auto errors = removed_.errors();
-    for (std::size_t f = 0; f < errors.size(); ++f)
-      if (errors[f] > field_limit_[f]) return CollapseStatus::kFieldError;
-    if (exact_ && !exact_errors_within_limits(vs, vd)) return CollapseStatus::kFieldError;
-    commit(vs, vd, domain_error);
+    std::vector<double>& errors = record_errors_;
+    errors.resize(fields_.field_count());
+    if (measured != nullptr)
+      errors = measured->errors;
+    else if (options_.evaluation == Evaluation::kNone)
+      predictor_->field_errors(vs, vd, errors);
+    if (options_.evaluation != Evaluation::kNone) {
+      const auto seen = trial.simulate().errors();
+      if (measured == nullptr) errors.assign(seen.begin(), seen.end());
+    }
+    const auto beyond_limit = [&](const std::vector<double>& so_far) {
+      for (std::size_t f = 0; f < so_far.size(); ++f)
+        if (so_far[f] > field_limit_[f]) return true;
+      return false;
+    };
+    if (beyond_limit(errors)) return CollapseStatus::kFieldError;
+    if (measured == nullptr && exact_) {
+      std::vector<double> everywhere(errors.size());
+      if (!trial.measure(everywhere, nullptr, [&] { return beyond_limit(everywhere); }))
+        return CollapseStatus::kFieldError;
+    }
+    commit(vs, vd, trial, domain_error, measured);
     return CollapseStatus::kAccepted;
   }
 
-  [[nodiscard]] bool exact_errors_within_limits(Vertex vs, Vertex vd) {
-    std::vector<double> errors(field_limit_.size(), 0.0);
-    for (const SlotId s : check_.modified()) {
-      const Slot& slot = complex_.slot(s);
-      if (complex_.is_ghost(slot)) continue;
-      Tet tet = ids_of(slot);
-      std::replace(tet.begin(), tet.end(), VertexId{vs}, VertexId{vd});
-      exact_->measure(tet, *exact_workspace_, errors);
-      for (std::size_t f = 0; f < errors.size(); ++f)
-        if (certified(errors[f]) > field_limit_[f]) return false;
-    }
-    return true;
-  }
-
-  void commit(Vertex vs, Vertex vd, double domain_error) {
-    const auto deleted = check_.deleted();
-    const auto modified = check_.modified();
+  void commit(Vertex vs, Vertex vd, const Trial& trial, double domain_error, const Verdict* measured) {
+    const CollapseCheck& check = trial.check();
+    const auto deleted = check.deleted();
+    const auto modified = check.modified();
     for (const std::span<const SlotId> part : {modified, deleted})
       for (const SlotId s : part) {
         stream_.fine.push_back(VersionId{complex_.slot(s).version});
         for (const Vertex x : complex_.slot(s).v) {
           touched_[x] = round_;
-          if (x != complex_.dummy()) dirty_[x] = 1;
+          if (x != complex_.dummy()) candidates_->forget(x);
         }
       }
     touched_[complex_.dummy()] = 0;
 
-    removed_.commit(complex_, deleted);
-    predictor_.merge(vs, vd);
+    if (measured != nullptr) record_squared_errors(deleted, modified, measured->integrals);
+    if (options_.evaluation != Evaluation::kNone) removed_.commit(complex_, deleted, trial.last_simulation());
+    predictor_->collapse(vs, vd, deleted, modified);
     complex_.collapse(vs, vd, deleted, modified);
-    if (check_.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted);
+    if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted);
 
     stream_.removed.push_back(VertexId{vs});
     stream_.target.push_back(VertexId{vd});
@@ -391,24 +426,39 @@ private:
     stream_.fine_begin.push_back(stream_.fine.size());
     stream_.modified_count.push_back(static_cast<std::uint16_t>(modified.size()));
     stream_.coarse_begin.push_back(VersionId{static_cast<std::uint32_t>(stream_.versions.size())});
-    const std::uint32_t height = candidates_[vs].height + 1;
+    const std::uint32_t height = candidates_->height(vs) + 1;
     for (std::size_t m = 0; m < modified.size(); ++m) {
       Slot& slot = complex_.slot(modified[m]);
       slot.version = static_cast<std::uint32_t>(stream_.versions.size());
-      slot.quality = check_.new_quality()[m];
+      slot.quality = check.new_quality()[m];
       slot.height = height;
       stream_.versions.push_back(ids_of(slot));
     }
     if (stream_.versions.size() >= kNone / 2)
       throw Error(ErrorCode::kLimit, "the build makes more tets than 31-bit ids can name");
-    const auto errors = removed_.errors();
-    for (std::size_t f = 0; f < errors.size(); ++f)
-      stream_.field_error.push_back(errors[f] * fields_.fields()[f].range);
+    for (std::size_t f = 0; f < record_errors_.size(); ++f)
+      stream_.field_error.push_back(record_errors_[f] * fields_.fields()[f].range);
     stream_.also_needs_begin.push_back(stream_.also_needs.size());
     stream_.domain_error.push_back(domain_error);
     report_.depth = std::max(report_.depth, height);
-    candidates_[vs].next = {};
     --alive_count_;
+  }
+
+  /// The change of the squared errors, from those of the star's slots to those measured.
+  void record_squared_errors(std::span<const SlotId> deleted, std::span<const SlotId> modified,
+                             const std::vector<double>& integrals) {
+    const std::size_t fields = fields_.field_count();
+    for (std::size_t f = 0; f < fields; ++f) {
+      double change = 0;
+      for (const SlotId s : deleted)
+        change -= slot_squared_[s * fields + f];
+      for (std::size_t m = 0; m < modified.size(); ++m) {
+        double& squared = slot_squared_[modified[m] * fields + f];
+        change += integrals[m * fields + f] - squared;
+        squared = integrals[m * fields + f];
+      }
+      stream_.squared_error.push_back(change * squared_scale_[f]);
+    }
   }
 
   void finish_report() {
@@ -446,22 +496,20 @@ private:
   WorkingComplex complex_;
   BoundarySurface surface_;
   RemovedVertices removed_;
-  QuadricPredictor predictor_;
-  CollapseCheck check_;
-  std::optional<ExactFieldError> exact_; ///< where limits are to hold everywhere
-  std::optional<ExactFieldError::Workspace> exact_workspace_;
-  std::vector<Candidate> candidates_;
-  std::vector<char> dirty_;
-  std::vector<std::uint32_t> touched_; ///< by vertex: the last round in which its star changed
+  std::unique_ptr<Predictor> predictor_;
+  const QuadricPredictor* quadrics_ = nullptr; ///< the predictor, where it is one of quadrics
+  CollapseCost cost_;
+  std::optional<ExactFieldError> exact_; ///< where errors are measured, or limits hold, everywhere
+  std::optional<Candidates> candidates_;
+  std::vector<std::uint32_t> touched_; ///< by vertex: the last round in which its star changed, or was to change
   std::uint32_t alive_count_;
   std::uint32_t target_count_ = 0;
   std::uint32_t round_ = 0;
-  std::array<std::uint64_t, kCollapseStatusCount> before_sweep_{}; ///< report_.collapses when the last sweep began
-  float round_cost_ = 0;
-  std::vector<Vertex> movable_; ///< vertices that are there and not frozen
-  std::vector<Vertex> work_;
-  std::vector<HalfEdge> half_edges_;
-  oneapi::tbb::enumerable_thread_specific<Marks> marks_;
+  StatusCounts before_sweep_{}; ///< refusals when the last sweep began
+  std::vector<double> squared_scale_;
+  double vertex_volume_ = 0;          ///< of an average vertex
+  std::vector<double> slot_squared_;  ///< slot x field: integral of the squared error, where that is measured
+  std::vector<double> record_errors_; ///< of the collapse in hand
   RecordStream stream_;
 };
 
@@ -474,6 +522,8 @@ void check_options(const BuildOptions& options) {
   require(options.min_quality >= 0 && options.min_quality < 1, "the least quality must be in [0, 1)");
   require(options.max_star >= 8, "the cap on the star must be at least 8");
   require(options.round_fraction > 0 && options.round_fraction <= 1, "the part taken in a round must be in (0, 1]");
+  require(options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact,
+          "a prediction that measures everywhere goes with an evaluation that does");
   require(options.max_domain_error.value >= 0, "the limit on domain error must be a number >= 0");
 }
 

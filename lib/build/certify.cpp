@@ -25,18 +25,6 @@ bool is_ghost(const Tet& tet) {
   return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
 }
 
-double volume_of(const PreparedMesh& prepared) {
-  using namespace vec;
-  double volume = 0;
-  for (const Tet& tet : prepared.mesh.tets) {
-    const Point& o = prepared.points[tet[0].index()];
-    volume += std::abs(dot(prepared.points[tet[1].index()] - o,
-                           cross(prepared.points[tet[2].index()] - o, prepared.points[tet[3].index()] - o))) /
-              6;
-  }
-  return volume;
-}
-
 /// Whether integrals of squared errors up to the range are numbers with all their digits in field units.
 bool can_hold_squares(double range, double volume) {
   const double most = 4 * range * range * volume;
@@ -64,6 +52,26 @@ double certified(double measured) {
   return measured > kAbsoluteSlack ? measured * (1 + kRelativeSlack) : 0;
 }
 
+double volume_of(const PreparedMesh& prepared) {
+  using namespace vec;
+  double volume = 0;
+  for (const Tet& tet : prepared.mesh.tets) {
+    const Point& o = prepared.points[tet[0].index()];
+    volume += std::abs(dot(prepared.points[tet[1].index()] - o,
+                           cross(prepared.points[tet[2].index()] - o, prepared.points[tet[3].index()] - o))) /
+              6;
+  }
+  return volume;
+}
+
+std::vector<double> squared_scales(const NormalizedFields& fields, double volume) {
+  std::vector<double> scales;
+  scales.reserve(fields.field_count());
+  for (const GoverningField& field : fields.fields())
+    scales.push_back(can_hold_squares(field.range, volume) ? field.range * field.range : 0);
+  return scales;
+}
+
 void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& fields, RecordStream& records,
                           const ProgressCallback& progress) {
   records.volume = volume_of(prepared);
@@ -74,10 +82,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
   oneapi::tbb::enumerable_thread_specific<ExactFieldError::Workspace> workspaces(
       [&] { return ExactFieldError::Workspace(exact); });
   const std::vector<std::uint32_t> consumer = consumers(records);
-  std::vector<double> scale; // from fractions of the range, squared; 0: a double cannot hold the integrals
-  scale.reserve(field_count);
-  for (const GoverningField& field : fields.fields())
-    scale.push_back(can_hold_squares(field.range, records.volume) ? field.range * field.range : 0);
+  const std::vector<double> scale = squared_scales(fields, records.volume);
   std::vector<double> squared; // integrals over the coarse versions of a batch of records: version x field
 
   const auto certify = [&](std::size_t record, std::uint32_t first_of_batch, ExactFieldError::Workspace& workspace) {

@@ -9,10 +9,19 @@
 #include "ptet/progress.hpp"
 #include "record/stream.hpp"
 
+#include <vector>
+
 namespace ptet::build {
 
 /// A measured error as a fraction of the range, with what rounding can hide of it.
 [[nodiscard]] double certified(double measured);
+
+/// Of the original mesh.
+[[nodiscard]] double volume_of(const PreparedMesh& prepared);
+
+/// By field, what makes integrals of squared fractions of the range integrals of squared values: the range squared; 0
+/// where a double cannot hold these in the units of the field.
+[[nodiscard]] std::vector<double> squared_scales(const NormalizedFields& fields, double volume);
 
 /// Raises the field errors of every record to the exact maximum over the part of its coarse versions in the domain.
 /// What was seen at removed vertices that lie outside of the simplified domain stays in them.

@@ -15,16 +15,47 @@
 
 namespace ptet::build {
 
+/// How much a tet counts in the field quadrics of its vertices.
+enum class QuadricWeight {
+  kRootOfVolume, ///< between counting tets, good for the maximum, and weighing by volume, good for the mean square
+  kVolume,       ///< the quadrics are integrals
+};
+
 class QuadricPredictor final : public Predictor {
 public:
   /// `field_weight`: one for each governing field, of errors as fractions of its range; `domain_weight`: of errors as
   /// fractions of the diagonal.
   QuadricPredictor(const WorkingComplex& complex, const std::vector<Point>& positions, const NormalizedFields& fields,
-                   double diagonal, std::vector<double> field_weight, double domain_weight);
+                   double diagonal, std::vector<double> field_weight, double domain_weight,
+                   QuadricWeight weight = QuadricWeight::kRootOfVolume);
 
   /// Cost of vs -> vd: the growing square max(w_d e_d, w_f e_f), plus a trifle for the length of the edge, so that
   /// where nothing is lost short edges go first.
   [[nodiscard]] inline float cost(Vertex vs, Vertex vd) const;
+  /// Growth of the integral of the squared error as the quadrics see it, one a field, in volumes of an average vertex.
+  void squared_growth(Vertex vs, Vertex vd, std::span<double> growth) const {
+    const Vec3 x = inverse_diagonal_ * (positions_[vd] - positions_[vs]);
+    const double* const f_vs = fields_.at(vs);
+    const double* const f_vd = fields_.at(vd);
+    std::fill(growth.begin(), growth.end(), 0.0);
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const FieldQuadric& quadric = field_quadrics_[vs * channels_ + c];
+      growth[fields_.field_of(c)] += quadric.at(x, f_vd[c] - f_vs[c], weight_[vs]) - quadric.cc;
+    }
+    for (double& g : growth)
+      g *= vertex_share_;
+  }
+  /// The domain part of the cost.
+  [[nodiscard]] double domain_cost(Vertex vs, Vertex vd) const {
+    if (plane_index_[vs] == kNone) return 0;
+    const Vec3 x = inverse_diagonal_ * (positions_[vd] - positions_[vs]);
+    return domain_weight_ * std::sqrt(std::max(0.0, plane_quadrics_[plane_index_[vs]].at(x)));
+  }
+  /// The trifle.
+  [[nodiscard]] double length_cost(Vertex vs, Vertex vd) const {
+    const Vec3 x = inverse_diagonal_ * (positions_[vd] - positions_[vs]);
+    return kEdgeLengthWeight * std::sqrt(dot(x, x));
+  }
   /// vs has been collapsed into vd.
   void merge(Vertex vs, Vertex vd);
 
@@ -35,7 +66,7 @@ public:
   void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const override;
 
 private:
-  void add_tet(const Slot& tet, double mean_volume);
+  void add_tet(const Slot& tet, double mean_volume, QuadricWeight weight);
   void add_boundary_face(const Slot& ghost, Vertex dummy);
 
   const std::vector<Point>& positions_;
@@ -44,6 +75,7 @@ private:
   double inverse_diagonal_;
   std::vector<double> field_weight_;
   double domain_weight_;
+  double vertex_share_ = 0;                  ///< of a tet of average volume, in volumes of an average vertex
   std::vector<double> weight_;               ///< of the tets, by vertex
   std::vector<FieldQuadric> field_quadrics_; ///< vertex x channel
   std::vector<std::uint32_t> plane_index_;   ///< by vertex, into plane_quadrics_; kNone inside the domain

@@ -19,8 +19,21 @@ constexpr double kRounding = 1e-13;
 
 RemovedVertices::RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal)
     : positions_(positions), fields_(fields), outside_distance_sq_(1e-20 * diagonal * diagonal),
-      next_(positions.size(), kNone), holder_(positions.size(), kNone), is_outside_(positions.size()),
-      errors_(fields.field_count()) {}
+      next_(positions.size(), kNone), holder_(positions.size(), kNone), is_outside_(positions.size()) {}
+
+void RemovedVertices::hold_samples(WorkingComplex& complex, FieldSamples samples) {
+  samples_ = std::move(samples);
+  next_.resize(positions_.size() + samples_.points.size(), kNone);
+  holder_.resize(next_.size(), kNone);
+  is_outside_.resize(next_.size());
+  for (std::size_t i = 0; i < samples_.samples.size(); ++i) {
+    const auto point = static_cast<Vertex>(positions_.size() + i);
+    const SlotId slot = samples_.samples[i].tet; // tets come first among the slots, in their order
+    holder_[point] = slot;
+    next_[point] = complex.slot(slot).first_point;
+    complex.slot(slot).first_point = point;
+  }
+}
 
 double RemovedVertices::least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight) {
   const Vec3 d = p - cell.x[0];
@@ -31,10 +44,11 @@ double RemovedVertices::least_barycentric(const Cell& cell, const Point& p, std:
   return std::min({weight[0], weight[1], weight[2], weight[3]});
 }
 
-void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd) {
+void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd,
+                               Simulation& simulation) const {
   const Slot& s = complex.slot(slot);
   if (complex.is_ghost(s)) return;
-  Cell& cell = cells_.emplace_back();
+  Cell& cell = simulation.cells_.emplace_back();
   cell.slot = slot;
   for (std::size_t i = 0; i < 4; ++i) {
     cell.v[i] = s.v[i] == vs ? vd : s.v[i];
@@ -49,9 +63,10 @@ void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Verte
   if (!cell.flat) cell.row = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
 }
 
-void RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight) {
+void RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
+                                Simulation& simulation) const {
   const std::size_t channels = fields_.channel_count();
-  const double* const f = fields_.at(point);
+  const double* const f = values(point);
   std::array<const double*, 4> g{};
   for (std::size_t i = 0; i < 4; ++i)
     g[i] = fields_.at(cell.v[i]);
@@ -60,38 +75,43 @@ void RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array
     const double value = weight[0] * g[0][c] + weight[1] * g[1][c] + weight[2] * g[2][c] + weight[3] * g[3][c];
     sum_sq += (f[c] - value) * (f[c] - value);
     if (!fields_.ends_field(c)) continue;
-    double& worst = errors_[fields_.field_of(c)];
-    worst = std::max(worst, std::sqrt(sum_sq));
+    const std::size_t field = fields_.field_of(c);
+    if (sum_sq < kRounding * kRounding) sum_sq = 0;
+    simulation.errors_[field] = std::max(simulation.errors_[field], std::sqrt(sum_sq));
     sum_sq = 0;
   }
 }
 
-void RemovedVertices::hold(Vertex point) {
-  const Point& p = positions_[point];
+void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
+  auto& cells = simulation.cells_;
+  auto& held = simulation.held_;
+  const Point& p = position(point);
   std::array<double, 4> weight{};
-  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-    if (cells_[c].flat || !(least_barycentric(cells_[c], p, weight) >= kInside)) continue;
-    held_.push_back({point, c, false});
-    see_error(point, cells_[c], weight);
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    if (cells[c].flat || !(least_barycentric(cells[c], p, weight) >= kInside)) continue;
+    held.push_back({point, c, false});
+    see_error(point, cells[c], weight, simulation);
     return;
   }
   ClosestOnTet nearest{{}, std::numeric_limits<double>::infinity()};
   std::uint32_t cell = 0;
-  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-    const ClosestOnTet on = closest_on_tet_surface(p, cells_[c].x);
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    const ClosestOnTet on = closest_on_tet_surface(p, cells[c].x);
     if (!(on.distance_sq < nearest.distance_sq)) continue;
     nearest = on;
     cell = c;
   }
-  held_.push_back({point, cell, nearest.distance_sq > outside_distance_sq_});
-  see_error(point, cells_[cell], nearest.weight);
+  held.push_back({point, cell, nearest.distance_sq > outside_distance_sq_});
+  see_error(point, cells[cell], nearest.weight, simulation);
 }
 
-void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> deleted) {
+void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> deleted, Simulation& simulation) const {
+  auto& cells = simulation.cells_;
+  auto& held = simulation.held_;
   // A point left outside, and held by a tet near by, may come to lie inside another one whose boundary moves over it.
-  Point low = cells_[0].x[0];
+  Point low = cells[0].x[0];
   Point high = low;
-  for (const Cell& cell : cells_)
+  for (const Cell& cell : cells)
     for (const Point& x : cell.x)
       for (std::size_t i = 0; i < 3; ++i) {
         low[i] = std::min(low[i], x[i]);
@@ -100,39 +120,37 @@ void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> de
   namespace bgi = boost::geometry::index;
   const boost::geometry::model::box<IndexPoint> box({low[0], low[1], low[2]}, {high[0], high[1], high[2]});
   const auto is_held_here = [&](Vertex point) {
-    return std::any_of(cells_.begin(), cells_.end(), [&](const Cell& cell) { return cell.slot == holder_[point]; }) ||
+    return std::any_of(cells.begin(), cells.end(), [&](const Cell& cell) { return cell.slot == holder_[point]; }) ||
            std::find(deleted.begin(), deleted.end(), holder_[point]) != deleted.end();
   };
   std::array<double, 4> weight{};
   for (auto it = outside_.qbegin(bgi::intersects(box)); it != outside_.qend(); ++it) {
     const Vertex point = it->second;
     if (is_held_here(point)) continue;
-    for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-      if (cells_[c].flat || !(least_barycentric(cells_[c], positions_[point], weight) >= kInside)) continue;
-      held_.push_back({point, c, false});
-      see_error(point, cells_[c], weight);
+    for (std::uint32_t c = 0; c < cells.size(); ++c) {
+      if (cells[c].flat || !(least_barycentric(cells[c], position(point), weight) >= kInside)) continue;
+      held.push_back({point, c, false});
+      see_error(point, cells[c], weight, simulation);
       break;
     }
   }
 }
 
 void RemovedVertices::simulate(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> deleted,
-                               std::span<const SlotId> modified, bool boundary_moves) {
-  cells_.clear();
-  held_.clear();
-  std::fill(errors_.begin(), errors_.end(), 0.0);
+                               std::span<const SlotId> modified, bool boundary_moves, Simulation& simulation) const {
+  simulation.cells_.clear();
+  simulation.held_.clear();
+  simulation.errors_.assign(fields_.field_count(), 0.0);
   for (const SlotId s : modified)
-    add_cell(complex, s, vs, vd);
-  if (cells_.empty()) return;
-  hold(vs);
+    add_cell(complex, s, vs, vd, simulation);
+  if (simulation.cells_.empty()) return;
+  hold(vs, simulation);
   for (const std::span<const SlotId> part : {deleted, modified})
     for (const SlotId s : part)
       for (std::uint32_t point = complex.slot(s).first_point; point != kNone; point = next_[point])
-        hold(point);
-  captured_begin_ = held_.size();
-  if (boundary_moves && !outside_.empty()) hold_outside_points_now_covered(deleted);
-  for (double& error : errors_)
-    if (error < kRounding) error = 0;
+        hold(point, simulation);
+  simulation.captured_begin_ = simulation.held_.size();
+  if (boundary_moves && !outside_.empty()) hold_outside_points_now_covered(deleted, simulation);
 }
 
 void RemovedVertices::let_go(WorkingComplex& complex, Vertex point) {
@@ -142,22 +160,23 @@ void RemovedVertices::let_go(WorkingComplex& complex, Vertex point) {
   *link = next_[point];
 }
 
-void RemovedVertices::commit(WorkingComplex& complex, std::span<const SlotId> deleted) {
-  for (std::size_t i = captured_begin_; i < held_.size(); ++i)
-    let_go(complex, held_[i].point);
+void RemovedVertices::commit(WorkingComplex& complex, std::span<const SlotId> deleted, const Simulation& simulation) {
+  const auto& all = simulation.held_;
+  for (std::size_t i = simulation.captured_begin_; i < all.size(); ++i)
+    let_go(complex, all[i].point);
   for (const SlotId s : deleted)
     complex.slot(s).first_point = kNone;
-  for (const Cell& cell : cells_)
+  for (const Cell& cell : simulation.cells_)
     complex.slot(cell.slot).first_point = kNone;
-  for (const Held& held : held_) {
-    const SlotId slot = cells_[held.cell].slot;
+  for (const auto& held : all) {
+    const SlotId slot = simulation.cells_[held.cell].slot;
     std::uint32_t& first = complex.slot(slot).first_point;
     next_[held.point] = first;
     first = held.point;
     holder_[held.point] = slot;
     if (held.outside == (is_outside_[held.point] != 0)) continue;
     is_outside_[held.point] = held.outside ? 1 : 0;
-    const Point& p = positions_[held.point];
+    const Point& p = position(held.point);
     const std::pair<IndexPoint, Vertex> entry{IndexPoint(p[0], p[1], p[2]), held.point};
     if (held.outside)
       outside_.insert(entry);

@@ -1,4 +1,5 @@
-// The removed vertices, each held by the present tet that it lies in, and the field errors seen at them.
+// The removed vertices, and samples inside the original tets where there are any, each held by the present tet that it
+// lies in, and the field errors seen at them.
 //
 // A removed vertex that a moving boundary has left outside is held by the tet nearest to it, and compared with the
 // value at that tet's closest point (linear extension explodes at slivers).
@@ -6,6 +7,7 @@
 // Source: Cignoni et al. 2000, sections 4.1 and 4.4.
 #pragma once
 
+#include "build/field_samples.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/working_complex.hpp"
 
@@ -21,53 +23,72 @@ namespace ptet::build {
 class RemovedVertices {
 public:
   RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal);
+  /// From now on `samples` are looked at too; each is held by its original tet. Before the first collapse.
+  void hold_samples(WorkingComplex& complex, FieldSamples samples);
+
+  /// What a collapse would make of the removed vertices around it; reusable.
+  class Simulation {
+  public:
+    /// Largest error at any of the vertices, one a field, as fractions of the ranges.
+    [[nodiscard]] std::span<const double> errors() const { return errors_; }
+
+  private:
+    friend class RemovedVertices;
+    struct Cell {
+      SlotId slot;
+      std::array<Vertex, 4> v;
+      std::array<Point, 4> x;
+      std::array<std::array<double, 3>, 3> row; ///< barycentrics 1..3 of p: row . (p - x[0])
+      bool flat;
+    };
+    struct Held {
+      Vertex point;
+      std::uint32_t cell;
+      bool outside;
+    };
+    std::vector<Cell> cells_;
+    std::vector<Held> held_;
+    std::size_t captured_begin_ = 0; ///< from here on `held_` are points that tets elsewhere hold so far
+    std::vector<double> errors_;
+  };
 
   /// What the modified tets of vs -> vd would hold, and with which error. Ghosts in the lists are passed over.
   /// `boundary_moves`: the collapse may cover points that lay outside before; only then can it.
+  /// Thread rule: const; one simulation a thread.
   void simulate(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> deleted,
-                std::span<const SlotId> modified, bool boundary_moves);
-  /// Largest error at any vertex of the last simulation, one per field, as fractions of the ranges.
-  [[nodiscard]] std::span<const double> errors() const { return errors_; }
-  /// The last simulation becomes true; to be called before the complex itself is changed.
-  void commit(WorkingComplex& complex, std::span<const SlotId> deleted);
+                std::span<const SlotId> modified, bool boundary_moves, Simulation& simulation) const;
+  /// A simulation of the present state becomes true; to be called before the complex itself is changed.
+  void commit(WorkingComplex& complex, std::span<const SlotId> deleted, const Simulation& simulation);
 
 private:
   using IndexPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
   using OutsideIndex = boost::geometry::index::rtree<std::pair<IndexPoint, Vertex>, boost::geometry::index::linear<16>>;
 
-  struct Cell {
-    SlotId slot;
-    std::array<Vertex, 4> v;
-    std::array<Point, 4> x;
-    std::array<std::array<double, 3>, 3> row; ///< barycentrics 1..3 of p: row . (p - x[0])
-    bool flat;
-  };
-  struct Held {
-    Vertex point;
-    std::uint32_t cell;
-    bool outside;
-  };
+  using Cell = Simulation::Cell;
 
   [[nodiscard]] static double least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight);
-  void add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd);
-  void hold(Vertex point);
-  void see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight);
-  void hold_outside_points_now_covered(std::span<const SlotId> deleted);
+  void add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd, Simulation& simulation) const;
+  void hold(Vertex point, Simulation& simulation) const;
+  void see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight, Simulation& simulation) const;
+  void hold_outside_points_now_covered(std::span<const SlotId> deleted, Simulation& simulation) const;
   void let_go(WorkingComplex& complex, Vertex point);
+  /// Of a vertex, or behind them of a sample.
+  [[nodiscard]] const Point& position(Vertex point) const {
+    return point < positions_.size() ? positions_[point] : samples_.points[point - positions_.size()];
+  }
+  [[nodiscard]] const double* values(Vertex point) const {
+    return point < positions_.size() ? fields_.at(point)
+                                     : &samples_.values[(point - positions_.size()) * fields_.channel_count()];
+  }
 
   const std::vector<Point>& positions_;
   const NormalizedFields& fields_;
+  FieldSamples samples_;
   double outside_distance_sq_;
-  std::vector<std::uint32_t> next_; ///< by vertex: the next one that the same tet holds
-  std::vector<SlotId> holder_;      ///< by vertex: the tet that holds it
-  std::vector<char> is_outside_;    ///< by vertex
-  OutsideIndex outside_;            ///< the vertices that lie outside
-
-  // The last simulation.
-  std::vector<Cell> cells_;
-  std::vector<Held> held_;
-  std::size_t captured_begin_ = 0; ///< from here on `held_` are points that tets elsewhere hold so far
-  std::vector<double> errors_;
+  std::vector<std::uint32_t> next_; ///< by point (vertices, then samples): the next one that the same tet holds
+  std::vector<SlotId> holder_;      ///< by point: the tet that holds it
+  std::vector<char> is_outside_;    ///< by point
+  OutsideIndex outside_;            ///< the points that lie outside
 };
 
 } // namespace ptet::build

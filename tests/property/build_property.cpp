@@ -473,6 +473,7 @@ TEST_CASE("where the boundary stays, recorded field errors are those at the remo
       for (const VertexId v : face)
         prepared.frozen[v.index()] = 1;
     BuildOptions options = to_the_end();
+    options.prediction = Prediction::kQuadric;
     options.evaluation = Evaluation::kVertices;
     const Built built = build_all(std::move(prepared), options);
     const RecordStream& stream = built.stream;

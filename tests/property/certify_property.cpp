@@ -23,6 +23,7 @@ Built build_with(const TetMesh& mesh, Evaluation evaluation, double max_domain_e
   BuildOptions options;
   options.target_vertices = 0;
   options.max_domain_error = {max_domain_error, true};
+  options.prediction = evaluation == Evaluation::kExact ? Prediction::kExact : Prediction::kQuadric;
   options.evaluation = evaluation;
   built.records = build::build_records(built.prepared, options, built.report, {});
   return built;

@@ -29,6 +29,7 @@ Built build_to_the_end(const TetMesh& mesh) {
   BuildOptions options;
   options.target_vertices = 0;
   options.max_domain_error = {1, true};
+  options.prediction = Prediction::kQuadric;
   options.evaluation = Evaluation::kVertices; // what is collapsed does not depend on it
   BuildReport report;
   built.records = build::build_records(built.prepared, options, report, {});

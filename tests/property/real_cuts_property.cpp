@@ -38,6 +38,7 @@ struct Real {
   explicit Real(const std::string& path)
       : mesh(read_mesh(path)), facts(test::examine(mesh)), area(area_of(mesh, facts.boundary)) {
     BuildOptions options;
+    options.prediction = Prediction::kQuadric;
     options.evaluation = Evaluation::kVertices; // cuts do not depend on how errors were measured
     build_file(mesh, folder / "mesh.ptet", options);
     dataset = Dataset::open(folder / "mesh.ptet");

@@ -26,7 +26,10 @@ struct Arguments {
   std::optional<std::string> max_domain_error;
   std::optional<std::string> target_vertices;
   std::optional<std::string> min_quality;
+  std::optional<std::string> method;
+  std::optional<std::string> predict;
   std::optional<std::string> evaluate;
+  std::optional<std::string> objective;
   std::optional<std::string> max_star;
   std::optional<std::string> threads;
   bool force = false;
@@ -40,6 +43,79 @@ struct Wishes {
   std::vector<FieldBound> max_field_error;
   std::optional<Count> target;
 };
+
+struct Method {
+  const char* name;
+  Prediction prediction;
+  Evaluation evaluation;
+};
+/// The paper's names, what is compared with it, and ours.
+constexpr std::array<Method, 8> kMethods{{
+    {"exact", Prediction::kExact, Evaluation::kExact},
+    {"LN", Prediction::kLocal, Evaluation::kNone},
+    {"GN", Prediction::kGradient, Evaluation::kNone},
+    {"QN", Prediction::kQuadric, Evaluation::kNone},
+    {"BF", Prediction::kSimulate, Evaluation::kVertices},
+    {"BFS", Prediction::kSimulate, Evaluation::kSamples},
+    {"staadt-gross", Prediction::kWeightedSum, Evaluation::kNone},
+    {"trotts", Prediction::kPerTet, Evaluation::kNone},
+}};
+constexpr std::array<std::pair<const char*, Prediction>, 7> kPredictions{{
+    {"exact", Prediction::kExact},
+    {"local", Prediction::kLocal},
+    {"gradient", Prediction::kGradient},
+    {"quadric", Prediction::kQuadric},
+    {"simulate", Prediction::kSimulate},
+    {"weighted-sum", Prediction::kWeightedSum},
+    {"per-tet", Prediction::kPerTet},
+}};
+constexpr std::array<std::pair<const char*, Evaluation>, 4> kEvaluations{{
+    {"exact", Evaluation::kExact},
+    {"none", Evaluation::kNone},
+    {"vertices", Evaluation::kVertices},
+    {"samples", Evaluation::kSamples},
+}};
+constexpr std::array<std::pair<const char*, Objective>, 3> kObjectives{{
+    {"both", Objective::kBoth},
+    {"max", Objective::kMaximum},
+    {"rms", Objective::kRootMeanSquare},
+}};
+
+const char* name_of_entry(const Method& method) {
+  return method.name;
+}
+template <class Value>
+const char* name_of_entry(const std::pair<const char*, Value>& entry) {
+  return entry.first;
+}
+
+/// The entry of a table whose name was given.
+template <class Table>
+const auto& chosen(const char* option, const std::string& name, const Table& table) {
+  std::vector<std::string> names;
+  for (const auto& entry : table) {
+    const char* const known = name_of_entry(entry);
+    if (name == known) return entry;
+    names.emplace_back(known);
+  }
+  throw Error(ErrorCode::kBadArgument, std::string(option) + " '" + name + "': it is one of " + quoted_list(names));
+}
+
+void choose_method(const Arguments& arguments, BuildOptions& options) {
+  if (arguments.method) {
+    const Method& method = chosen("--method", *arguments.method, kMethods);
+    options.prediction = method.prediction;
+    options.evaluation = method.evaluation;
+  }
+  if (arguments.predict) options.prediction = chosen("--predict", *arguments.predict, kPredictions).second;
+  if (arguments.evaluate) options.evaluation = chosen("--evaluate", *arguments.evaluate, kEvaluations).second;
+  if (arguments.objective) options.objective = chosen("--objective", *arguments.objective, kObjectives).second;
+  if (options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact) return;
+  if (arguments.predict || arguments.method)
+    throw Error(ErrorCode::kBadArgument, "the collapses of method exact are ordered by errors measured everywhere: it "
+                                         "goes with --evaluate exact; for less, give another --predict");
+  options.prediction = Prediction::kQuadric;
+}
 
 Wishes parse(const Arguments& arguments) {
   Wishes wishes;
@@ -56,11 +132,7 @@ Wishes parse(const Arguments& arguments) {
                   "--min-quality '" + *arguments.min_quality + "': it must be below 1, the shape of a regular tet");
     }
   }
-  if (arguments.evaluate) {
-    if (*arguments.evaluate != "exact" && *arguments.evaluate != "vertices")
-      throw Error(ErrorCode::kBadArgument, "--evaluate '" + *arguments.evaluate + "': it is 'exact' or 'vertices'");
-    wishes.options.evaluation = *arguments.evaluate == "exact" ? Evaluation::kExact : Evaluation::kVertices;
-  }
+  choose_method(arguments, wishes.options);
   if (arguments.max_star) {
     wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 8, 4096));
   }
@@ -284,10 +356,26 @@ void add_build(CLI::App& program) {
                    "its place had a worse one before (0.001)")
       ->option_text("Q");
   command
+      ->add_option("--method", arguments->method,
+                   "exact, or one of the paper's LN, GN, QN, BF, BFS, or\n"
+                   "staadt-gross or trotts, to compare with (exact)")
+      ->option_text("NAME");
+  command
+      ->add_option("--objective", arguments->objective,
+                   "the field error that is kept small: max, rms or both\n(both); for exact, BF and BFS")
+      ->option_text("WHAT");
+  command
+      ->add_option("--predict", arguments->predict,
+                   "what orders the collapses, instead of the method's:\n"
+                   "exact, local, gradient, quadric, simulate,\nweighted-sum or per-tet")
+      ->option_text("HOW");
+  command
       ->add_option(
           "--evaluate", arguments->evaluate,
-          "where field errors are measured: exact (everywhere,\n"
-          "after the collapses) or vertices (at removed vertices\nonly: faster, and no bound in between) (exact)")
+          "where field errors are measured, instead of the\n"
+          "method's: exact (everywhere), samples (inside the\n"
+          "original tets, and at removed vertices), vertices\n(these only: fast, and no bound in between) or none\n"
+          "(as predicted); alone: with --predict quadric")
       ->option_text("HOW");
   command->add_option("--max-star", arguments->max_star, "most tets around a vertex after a collapse (64)")
       ->option_text("N");

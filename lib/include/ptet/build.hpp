@@ -32,10 +32,31 @@ enum class CollapseStatus : std::uint8_t {
 inline constexpr std::size_t kCollapseStatusCount = 11;
 [[nodiscard]] std::string_view name_of(CollapseStatus status);
 
+/// What tells which collapse comes next. The letters are those of Cignoni et al. 2000, section 5.
+enum class Prediction {
+  kLocal,       ///< L: the error at the removed vertex, added up over the collapses (5.1)
+  kGradient,    ///< G: how much the gradient of the field differs along the edge (5.2)
+  kQuadric,     ///< Q: quadrics of field and domain (5.3)
+  kWeightedSum, ///< gradient, volume and edge length terms added up (Staadt and Gross 1998)
+  kPerTet,      ///< deviations added up tet by tet (Trotts et al. 1999)
+  kSimulate,    ///< BF: every half-edge is simulated and its error measured where `evaluation` looks (4.4)
+  kExact,       ///< the best few by quadrics are simulated, the best of these measured everywhere, and put back if
+                ///< they are not the best any more
+};
+
 /// Where the recorded field errors are measured.
 enum class Evaluation {
+  kNone,     ///< nowhere: what the prediction believes
   kVertices, ///< at removed vertices: fast; between them the true error may be larger
-  kExact,    ///< everywhere: the exact maximum over each tet and the domain, in a parallel pass after the collapses
+  kSamples,  ///< at removed vertices and samples in the original tets
+  kExact,    ///< everywhere: the exact maximum over each tet and the domain
+};
+
+/// Which field error is kept small, where collapses are simulated.
+enum class Objective {
+  kMaximum,        ///< the greatest
+  kRootMeanSquare, ///< the mean square over the domain
+  kBoth,           ///< the growing square over both
 };
 
 struct BuildOptions {
@@ -52,7 +73,9 @@ struct BuildOptions {
   /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
   /// it is no worse than the worst of the star it comes from.
   double min_quality = 1e-3;
+  Prediction prediction = Prediction::kExact;
   Evaluation evaluation = Evaluation::kExact;
+  Objective objective = Objective::kBoth;
   /// Cap on the number of tets and boundary faces around a vertex after a collapse.
   std::uint32_t max_star = 64;
   /// The best part of the candidates that a round may take; in (0, 1].
@@ -73,6 +96,8 @@ struct BuildReport {
   std::array<std::uint64_t, kCollapseStatusCount> collapses{};
   /// "target", or "no candidate left" with what stands against each half-edge that is left.
   std::string stopped_by;
+  std::uint64_t simulations = 0;       ///< half-edges that were simulated at the removed vertices
+  std::uint64_t exact_evaluations = 0; ///< half-edges whose exact errors were measured before they were taken
   std::vector<std::pair<std::string, double>> field_error; ///< largest recorded, by field, absolute
   double domain_error = 0;                                 ///< largest recorded, mesh units
   std::vector<std::string> notes;                          ///< what was found in the input and done about it

@@ -1,0 +1,180 @@
+#include "build/candidates.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <tuple>
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
+namespace ptet::build {
+namespace {
+
+/// Stars are called into the cache so many vertices ahead.
+constexpr std::size_t kPrefetch = 3;
+/// A vertex all of whose half-edges were refused waits 1, 2, 4, ... rounds; at most 2 to this power.
+constexpr std::uint32_t kLongestWait = 5;
+
+} // namespace
+
+Candidates::Candidates(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
+                       const QuadricPredictor* quadrics, const CollapseCost& cost, Prediction prediction,
+                       double round_fraction, std::function<Trial()> new_trial, const std::vector<char>& frozen)
+    : complex_(complex), surface_(surface), predictor_(predictor), quadrics_(quadrics), cost_(cost),
+      prediction_(prediction), round_fraction_(round_fraction), pages_(complex.vertex_count()),
+      dirty_(complex.vertex_count(), 1),
+      workers_([&complex, new_trial = std::move(new_trial)] { return Worker(new_trial(), complex.vertex_count()); }) {
+  for (Vertex v = 0; v < complex.vertex_count(); ++v)
+    if (!frozen[v]) movable_.push_back(v);
+}
+
+/// The vertices that `v` may be unified with; sets its height.
+void Candidates::find_targets(Vertex v, Worker& worker) {
+  worker.targets.clear();
+  ++worker.stamp;
+  worker.mark[v] = worker.stamp;
+  const bool boundary = surface_.contains(v);
+  std::uint32_t height = 0;
+  for (const SlotId s : complex_.star(v)) {
+    const Slot& slot = complex_.slot(s);
+    height = std::max(height, slot.height);
+    // A boundary vertex may only move along the boundary: its targets stand in its ghosts.
+    if (boundary && !complex_.is_ghost(slot)) continue;
+    for (const Vertex x : slot.v) {
+      if (x == complex_.dummy() || worker.mark[x] == worker.stamp) continue;
+      worker.mark[x] = worker.stamp;
+      worker.targets.push_back(x);
+    }
+  }
+  pages_[v].height = height;
+}
+
+void Candidates::fill_page(Vertex v, Worker& worker) {
+  Page& page = pages_[v];
+  find_targets(v, worker);
+  worker.costs.resize(worker.targets.size());
+  predictor_.costs(v, worker.targets, worker.costs);
+  auto& half_edges = worker.half_edges;
+  half_edges.clear();
+  for (std::size_t i = 0; i < worker.targets.size(); ++i)
+    half_edges.push_back({worker.costs[i], worker.targets[i]});
+  if (prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact) simulate(v, worker);
+  // What the simulation left is what goes on the page, best first.
+  if (prediction_ != Prediction::kExact) std::erase_if(half_edges, [&](const HalfEdge& h) { return h <= page.floor; });
+  const std::size_t count = std::min(kPage, half_edges.size());
+  std::partial_sort(half_edges.begin(), half_edges.begin() + static_cast<std::ptrdiff_t>(count), half_edges.end());
+  std::copy_n(half_edges.begin(), count, page.best.begin());
+  std::fill(page.best.begin() + static_cast<std::ptrdiff_t>(count), page.best.end(), HalfEdge{});
+  if (prediction_ != Prediction::kExact && count > 0) page.floor = page.best[count - 1];
+}
+
+/// Replaces predicted by simulated costs: of every half-edge, or of the best ones beyond the floor, enough for a page.
+/// Those that are not allowed go.
+void Candidates::simulate(Vertex v, Worker& worker) {
+  auto& half_edges = worker.half_edges;
+  const bool shortlist = prediction_ == Prediction::kExact;
+  Page& page = pages_[v];
+  if (shortlist) {
+    std::erase_if(half_edges, [&](const HalfEdge& h) { return h <= page.floor; });
+    std::sort(half_edges.begin(), half_edges.end());
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < half_edges.size() && !(shortlist && kept == kPage); ++i) {
+    const HalfEdge half_edge = half_edges[i];
+    if (shortlist) page.floor = half_edge;
+    const CollapseStatus status = worker.trial.examine(v, half_edge.target);
+    if (status != CollapseStatus::kAccepted) {
+      ++worker.refusals[static_cast<std::size_t>(status)];
+      continue;
+    }
+    ++worker.simulations;
+    half_edges[kept++] = {simulated_cost(v, half_edge.target, worker.trial, worker.growth), half_edge.target};
+  }
+  half_edges.resize(kept);
+}
+
+float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vector<double>& growth) const {
+  const double maximum = cost_.of_maximum(trial.simulate().errors());
+  growth.resize(cost_.field_weight().size());
+  quadrics_->squared_growth(v, target, growth);
+  const double field = std::max(maximum, cost_.of_mean(growth));
+  return static_cast<float>(std::max(field, quadrics_->domain_cost(v, target)) + quadrics_->length_cost(v, target));
+}
+
+void Candidates::predict(std::uint32_t round) {
+  std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
+  work_.clear();
+  for (const Vertex v : movable_)
+    if (dirty_[v] && pages_[v].resume_round <= round) {
+      dirty_[v] = 0;
+      work_.push_back(v);
+    }
+  const std::size_t grain = prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact ? 16 : 256;
+  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), grain), [&](const auto& range) {
+    Worker& worker = workers_.local();
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      if (i + kPrefetch < range.end()) complex_.prefetch_star(work_[i + kPrefetch]);
+      pages_[work_[i]].floor = kLowest;
+      fill_page(work_[i], worker);
+    }
+  });
+}
+
+std::vector<Vertex> Candidates::pick() {
+  std::vector<Vertex> live;
+  for (const Vertex v : movable_)
+    if (best(v).target != kNone) live.push_back(v);
+  if (live.empty()) return live;
+  const auto by_cost = [&](Vertex a, Vertex b) { return std::tie(best(a).cost, a) < std::tie(best(b).cost, b); };
+  const auto count = std::clamp<std::size_t>(
+      static_cast<std::size_t>(std::ceil(round_fraction_ * static_cast<double>(live.size()))), 1, live.size());
+  std::nth_element(live.begin(), live.begin() + static_cast<std::ptrdiff_t>(count - 1), live.end(), by_cost);
+  live.resize(count);
+  round_cost_ = best(live.back()).cost;
+  // Within an octave of cost along the curve of the numbering: what is near in space is near in memory.
+  const auto octave = [&](Vertex v) { return std::bit_cast<std::uint32_t>(best(v).cost) >> 23U; };
+  std::sort(live.begin(), live.end(), [&](Vertex a, Vertex b) {
+    return std::make_tuple(pages_[a].height, octave(a), a) < std::make_tuple(pages_[b].height, octave(b), b);
+  });
+  return live;
+}
+
+void Candidates::drop_best(Vertex v, std::uint32_t round) {
+  Page& page = pages_[v];
+  std::shift_left(page.best.begin(), page.best.end(), 1);
+  page.best.back() = {};
+  if (page.best[0].target == kNone) fill_page(v, workers_.local());
+  // A vertex that nothing can be done with is likely to stay so: wait longer each time.
+  if (page.best[0].target == kNone) page.resume_round = round + (1U << std::min(page.failures++, kLongestWait));
+}
+
+void Candidates::raise_best(Vertex v, float cost) {
+  Page& page = pages_[v];
+  page.best[0].cost = std::max(page.best[0].cost, cost);
+  std::sort(page.best.begin(), page.best.end());
+}
+
+void Candidates::forget_all() {
+  for (const Vertex v : movable_) {
+    dirty_[v] = 1;
+    pages_[v].resume_round = 0;
+  }
+}
+
+StatusCounts Candidates::refusals() const {
+  StatusCounts sum{};
+  for (const Worker& worker : workers_)
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      sum[i] += worker.refusals[i];
+  return sum;
+}
+
+std::uint64_t Candidates::simulations() const {
+  std::uint64_t sum = 0;
+  for (const Worker& worker : workers_)
+    sum += worker.simulations;
+  return sum;
+}
+
+} // namespace ptet::build

@@ -1,0 +1,113 @@
+// The half-edges that may be collapsed next.
+//
+//   every vertex   a page of its best half-edges, each (cost, target), and a floor: what lies beyond it has not been on
+//                  a page since the star last changed
+//   a round        predict  fills the pages of vertices whose star has changed, in parallel
+//                  pick     the best part of the vertices by the cost of their first half-edge
+//
+// Source: Cignoni et al. 2000, sections 4.3 and 5.
+#pragma once
+
+#include "build/boundary_surface.hpp"
+#include "build/collapse_cost.hpp"
+#include "build/quadric_predictor.hpp"
+#include "build/trial.hpp"
+
+#include <array>
+#include <compare>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+namespace ptet::build {
+
+struct HalfEdge {
+  float cost = std::numeric_limits<float>::infinity();
+  Vertex target = kNone;
+  friend auto operator<=>(const HalfEdge&, const HalfEdge&) = default;
+};
+
+/// How often each thing became of a half-edge that was looked at.
+using StatusCounts = std::array<std::uint64_t, kCollapseStatusCount>;
+
+class Candidates {
+public:
+  /// The predictor of the costs; for predictions that simulate it makes the shortlist.
+  Candidates(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
+             const QuadricPredictor* quadrics, const CollapseCost& cost, Prediction prediction, double round_fraction,
+             std::function<Trial()> new_trial, const std::vector<char>& frozen);
+
+  /// Brings the pages up to date. Vertices that failed wait until `round` is theirs.
+  void predict(std::uint32_t round);
+  /// The best part of the vertices with a candidate, in the order (height, octave of cost, vertex).
+  [[nodiscard]] std::vector<Vertex> pick();
+  /// The highest cost of the last pick.
+  [[nodiscard]] float round_cost() const { return round_cost_; }
+
+  [[nodiscard]] const HalfEdge& best(Vertex v) const { return pages_[v].best[0]; }
+  /// Longest chain of records below the star of `v`.
+  [[nodiscard]] std::uint32_t height(Vertex v) const { return pages_[v].height; }
+  /// The best half-edge of `v` is refused: the next one takes its place, or `v` waits.
+  void drop_best(Vertex v, std::uint32_t round);
+  /// The best half-edge of `v` has turned out to cost more.
+  void raise_best(Vertex v, float cost);
+  /// The star of `v` has changed.
+  void forget(Vertex v) { dirty_[v] = 1; }
+  /// Looks at everything afresh.
+  void forget_all();
+
+  [[nodiscard]] std::size_t movable_count() const { return movable_.size(); }
+  [[nodiscard]] Trial& trial() { return workers_.local().trial; }
+  /// Refusals met while predicting, so far.
+  [[nodiscard]] StatusCounts refusals() const;
+  [[nodiscard]] std::uint64_t simulations() const;
+
+private:
+  static constexpr std::size_t kPage = 3;
+
+  struct Page {
+    std::array<HalfEdge, kPage> best;
+    HalfEdge floor;
+    std::uint32_t height = 0;
+    std::uint32_t failures = 0;     ///< how often every half-edge was refused
+    std::uint32_t resume_round = 0; ///< not looked at again before this round, unless nothing else is left
+  };
+  struct Worker {
+    Worker(Trial its_trial, std::size_t vertices) : trial(std::move(its_trial)), mark(vertices + 1) {}
+
+    Trial trial;
+    std::vector<std::uint32_t> mark; ///< by vertex, the dummy last
+    std::uint32_t stamp = 0;
+    std::vector<Vertex> targets;
+    std::vector<float> costs;
+    std::vector<HalfEdge> half_edges;
+    std::vector<double> growth;
+    StatusCounts refusals{};
+    std::uint64_t simulations = 0;
+  };
+
+  static constexpr HalfEdge kLowest{-std::numeric_limits<float>::infinity(), 0};
+
+  void fill_page(Vertex v, Worker& worker);
+  void find_targets(Vertex v, Worker& worker);
+  void simulate(Vertex v, Worker& worker);
+  [[nodiscard]] float simulated_cost(Vertex v, Vertex target, Trial& trial, std::vector<double>& growth) const;
+
+  const WorkingComplex& complex_;
+  const BoundarySurface& surface_;
+  const Predictor& predictor_;
+  const QuadricPredictor* quadrics_;
+  const CollapseCost& cost_;
+  Prediction prediction_;
+  double round_fraction_;
+  std::vector<Page> pages_;
+  std::vector<char> dirty_;
+  std::vector<Vertex> movable_; ///< vertices that are there and not frozen
+  std::vector<Vertex> work_;
+  float round_cost_ = 0;
+  oneapi::tbb::enumerable_thread_specific<Worker> workers_;
+};
+
+} // namespace ptet::build

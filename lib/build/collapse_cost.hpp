@@ -1,0 +1,59 @@
+// What a simulated or measured collapse costs: the growing square of the error space.
+//
+// Every kind of error is divided by its threshold, and the greatest counts: collapses are taken as if a square (a box,
+// with k fields) grew from the origin of the error space, until one of its faces stands at its threshold.
+//
+//      field error ^          . corner: the thresholds
+//                  |   ______.
+//                  |  |      |      cost = max(w_f e_f, w_d e_d)
+//                  |__|______|___> domain error
+//
+// Source: Cignoni et al. 2000, section 4.3. The mean square joins as one more axis.
+#pragma once
+
+#include "ptet/build.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+namespace ptet::build {
+
+class CollapseCost {
+public:
+  /// `field_weight`: one a field, of errors as fractions of its range.
+  CollapseCost(Objective objective, std::vector<double> field_weight)
+      : maximum_(objective == Objective::kRootMeanSquare ? 0.0 : 1.0),
+        mean_(objective == Objective::kMaximum ? 0.0
+              : objective == Objective::kBoth  ? kMeanInBoth
+                                               : 1.0),
+        field_weight_(std::move(field_weight)) {}
+
+  [[nodiscard]] const std::vector<double>& field_weight() const { return field_weight_; }
+
+  /// The part of the greatest errors, one a field.
+  [[nodiscard]] double of_maximum(std::span<const double> errors) const {
+    double worst = 0;
+    for (std::size_t f = 0; f < errors.size(); ++f)
+      worst = std::max(worst, field_weight_[f] * errors[f]);
+    return maximum_ * worst;
+  }
+  /// The part of the mean square: `growth` is that of the integral of the squared error, in volumes of an average
+  /// vertex, so that its root is an error again.
+  [[nodiscard]] double of_mean(std::span<const double> growth) const {
+    double worst = 0;
+    for (std::size_t f = 0; f < growth.size(); ++f)
+      worst = std::max(worst, field_weight_[f] * std::sqrt(std::max(0.0, growth[f])));
+    return mean_ * worst;
+  }
+
+private:
+  static constexpr double kMeanInBoth = 1;
+
+  double maximum_;
+  double mean_;
+  std::vector<double> field_weight_;
+};
+
+} // namespace ptet::build

@@ -1,0 +1,48 @@
+#include "build/trial.hpp"
+
+#include "build/certify.hpp"
+
+#include <algorithm>
+
+namespace ptet::build {
+
+Trial::Trial(const WorkingComplex& complex, const std::vector<Point>& positions, const RemovedVertices& removed,
+             const ExactFieldError* exact, double min_quality, std::uint32_t max_star)
+    : complex_(complex), removed_(removed), exact_(exact), check_(complex, positions, min_quality, max_star) {
+  if (exact != nullptr) workspace_.emplace(*exact);
+}
+
+CollapseStatus Trial::examine(Vertex vs, Vertex vd) {
+  vs_ = vs;
+  vd_ = vd;
+  return check_.examine(vs, vd);
+}
+
+const RemovedVertices::Simulation& Trial::simulate() {
+  removed_.simulate(complex_, vs_, vd_, check_.deleted(), check_.modified(), check_.moves_boundary(), simulation_);
+  return simulation_;
+}
+
+void Trial::measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals) {
+  squared_.assign(errors.size(), 0.0);
+  if (!complex_.is_ghost(complex_.slot(slot))) {
+    Tet version;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Vertex x = complex_.slot(slot).v[i];
+      version[i] = VertexId{x == vs_ ? vd_ : x};
+    }
+    measured_ = errors;
+    if (integrals != nullptr)
+      exact_->measure(version, *workspace_, measured_, squared_);
+    else
+      exact_->measure(version, *workspace_, measured_);
+    for (std::size_t f = 0; f < errors.size(); ++f)
+      if (measured_[f] > errors[f]) errors[f] = certified(measured_[f]);
+    // Where there is no error the integral is rounding.
+    for (std::size_t f = 0; f < errors.size(); ++f)
+      if (errors[f] == 0) squared_[f] = 0;
+  }
+  if (integrals != nullptr) integrals->insert(integrals->end(), squared_.begin(), squared_.end());
+}
+
+} // namespace ptet::build

@@ -1,0 +1,57 @@
+// One thread's trial of half-edge collapses: is it allowed, what would it do to the removed vertices, what are its
+// exact errors. Nothing changes until somebody commits what was tried.
+#pragma once
+
+#include "build/collapse_check.hpp"
+#include "build/removed_vertices.hpp"
+#include "error/exact_field_error.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace ptet::build {
+
+class Trial {
+public:
+  /// `exact` may be null when exact_errors() is not called. All must outlive the object.
+  Trial(const WorkingComplex& complex, const std::vector<Point>& positions, const RemovedVertices& removed,
+        const ExactFieldError* exact, double min_quality, std::uint32_t max_star);
+
+  /// As CollapseCheck::examine. What follows is about the half-edge last examined, and it must have been accepted.
+  [[nodiscard]] CollapseStatus examine(Vertex vs, Vertex vd);
+  [[nodiscard]] const CollapseCheck& check() const { return check_; }
+
+  /// Errors at the removed vertices.
+  const RemovedVertices::Simulation& simulate();
+  [[nodiscard]] const RemovedVertices::Simulation& last_simulation() const { return simulation_; }
+
+  /// Raises `errors` (one a field, fractions of the ranges) to the exact maxima over the coarse versions, with what
+  /// rounding can hide of them, and lists the integrals of the squared error in `integrals`, unless that is null:
+  /// modified slot x field, 0 for ghosts. Asks `enough()` after every version and gives up, returning false, when it is
+  /// true.
+  template <class Enough>
+  [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals, Enough&& enough) {
+    if (integrals != nullptr) integrals->clear();
+    for (const SlotId s : check_.modified()) {
+      measure_slot(s, errors, integrals);
+      if (enough()) return false;
+    }
+    return true;
+  }
+
+private:
+  void measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals);
+
+  const WorkingComplex& complex_;
+  const RemovedVertices& removed_;
+  const ExactFieldError* exact_;
+  CollapseCheck check_;
+  Vertex vs_ = kNone;
+  Vertex vd_ = kNone;
+  RemovedVertices::Simulation simulation_;
+  std::optional<ExactFieldError::Workspace> workspace_;
+  std::vector<double> measured_;
+  std::vector<double> squared_;
+};
+
+} // namespace ptet::build
