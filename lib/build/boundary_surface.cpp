@@ -1,5 +1,6 @@
 #include "build/boundary_surface.hpp"
 
+#include "build/boundary_pieces.hpp"
 #include "build/face_index.hpp"
 #include "error/closest_point.hpp"
 #include "mesh/predicates.hpp"
@@ -18,6 +19,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <tuple>
 
 namespace ptet::build {
@@ -130,6 +132,11 @@ struct BoundarySurface::Impl {
   std::vector<Held> held;
   std::vector<SlotId> hits;
 
+  // Where domain errors are to be bounds: what the faces hold, and the last division of it.
+  std::optional<BoundaryPieces> pieces;
+  std::vector<std::uint32_t> fine, coarse;
+  std::vector<PatchTriangle> fine_triangles, coarse_triangles;
+
   [[nodiscard]] const Point& sample_position(std::uint32_t sample) const {
     return sample < positions.size() ? positions[sample] : centroids[sample - positions.size()];
   }
@@ -156,7 +163,7 @@ struct BoundarySurface::Impl {
 };
 
 BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
-                                 std::vector<char>& frozen)
+                                 std::vector<char>& frozen, DomainError domain_error)
     : impl_(std::make_unique<Impl>(positions)) {
   Impl& m = *impl_;
   m.rounding = kRounding * diagonal;
@@ -168,6 +175,7 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
       faces.push_back(face_of(complex.slot(s), complex.dummy()));
       slots.push_back(s);
     }
+  if (domain_error == DomainError::kBound) m.pieces.emplace(positions, faces, diagonal);
   CornerClasses classes(faces);
   std::vector<VertexHandle> handle_of_class(3 * faces.size());
   m.surface.reserve(faces.size() / 2 + 3, faces.size() * 3 / 2 + 3, faces.size());
@@ -190,9 +198,10 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
     const auto& x1 = positions[faces[f][1]];
     const auto& x2 = positions[faces[f][2]];
     m.centroids.push_back((1.0 / 3.0) * (x0 + x1 + x2));
-    if (face.is_valid())
+    if (face.is_valid()) {
       m.surface.data(face).first_sample = static_cast<std::uint32_t>(positions.size() + f);
-    else
+      if (m.pieces) m.pieces->add(static_cast<std::uint32_t>(face.idx()), faces[f]);
+    } else
       for (const Vertex v : faces[f])
         frozen[v] = 1;
   }
@@ -235,6 +244,31 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd) {
   return worst < m.rounding ? 0 : worst;
 }
 
+double BoundarySurface::bound(Vertex vs, Vertex vd, double limit) {
+  Impl& m = *impl_;
+  m.fine.clear();
+  m.coarse.clear();
+  m.fine_triangles.clear();
+  m.coarse_triangles.clear();
+  const auto triangle = [&](Vertex a, Vertex b, Vertex c) {
+    return PatchTriangle{{a, b, c}, {m.positions[a], m.positions[b], m.positions[c]}};
+  };
+  const HalfedgeHandle first = m.halfedge(vs, vd);
+  HalfedgeHandle h = first;
+  do {
+    const Vertex b = m.surface.data(m.surface.to_vertex_handle(h)).mesh_vertex;
+    const auto face = static_cast<std::uint32_t>(m.surface.face_handle(h).idx());
+    h = m.surface.ccw_rotated_halfedge_handle(h);
+    const Vertex c = m.surface.data(m.surface.to_vertex_handle(h)).mesh_vertex;
+    m.fine.push_back(face);
+    m.fine_triangles.push_back(triangle(vs, b, c));
+    if (b == vd || c == vd) continue;
+    m.coarse.push_back(face);
+    m.coarse_triangles.push_back(triangle(vd, b, c));
+  } while (h != first);
+  return m.pieces->hand_over(m.fine, m.fine_triangles, m.coarse_triangles, limit);
+}
+
 bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                       std::span<const SlotId> modified, std::span<const SlotId> deleted) {
   Impl& m = *impl_;
@@ -270,6 +304,7 @@ void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex 
                                std::span<const SlotId> deleted) {
   Impl& m = *impl_;
   m.surface.collapse(m.halfedge(vs, vd));
+  if (m.pieces) m.pieces->commit(m.fine, m.coarse);
   m.handle[vs] = VertexHandle();
   for (const Impl::Left& face : m.left)
     m.surface.data(face.face).first_sample = kNone;

@@ -117,9 +117,10 @@ public:
         field_limit_(field_limits(prepared, fields_, options.max_field_error)),
         domain_limit_(options.max_domain_error.absolute(diagonal_)),
         complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
-        surface_(complex_, prepared.points, diagonal_, frozen_), removed_(prepared.points, fields_, diagonal_),
-        cost_(options.objective, field_weights()), touched_(prepared.used_vertex_count + 1, 0),
-        alive_count_(prepared.used_vertex_count) {
+        surface_(complex_, prepared.points, diagonal_, frozen_,
+                 bounds_domain_error() ? DomainError::kBound : DomainError::kSampled),
+        removed_(prepared.points, fields_, diagonal_), cost_(options.objective, field_weights()),
+        touched_(prepared.used_vertex_count + 1, 0), alive_count_(prepared.used_vertex_count) {
     if (evaluates_exactly() || (has_field_limits() && options.evaluation == Evaluation::kExact))
       exact_.emplace(prepared, fields_.view());
     predictor_ = other_predictor(options, complex_, prepared, fields_, diagonal_, field_weights(), domain_weight());
@@ -180,6 +181,7 @@ private:
     std::vector<double> integrals; ///< of the squared error: modified slot x field
   };
 
+  [[nodiscard]] bool bounds_domain_error() const { return options_.evaluation == Evaluation::kExact; }
   [[nodiscard]] bool evaluates_exactly() const { return options_.prediction == Prediction::kExact; }
   [[nodiscard]] std::vector<double> field_weights() const {
     std::vector<double> weights;
@@ -395,6 +397,10 @@ private:
       std::vector<double> everywhere(errors.size());
       if (!trial.measure(everywhere, nullptr, [&] { return beyond_limit(everywhere); }))
         return CollapseStatus::kFieldError;
+    }
+    if (check.moves_boundary() && bounds_domain_error()) {
+      domain_error = surface_.bound(vs, vd, domain_limit_);
+      if (domain_error > domain_limit_) return CollapseStatus::kDomainError;
     }
     commit(vs, vd, trial, domain_error, measured);
     return CollapseStatus::kAccepted;

@@ -131,6 +131,36 @@ TEST_CASE("boundary: centroids of faces count where no vertex leaves the surface
   CHECK(m.surface.simulate(0, 3) > 0.3);
 }
 
+TEST_CASE("boundary: bounds on the domain error, by hand", "[build][boundary]") {
+  const auto bound = [](const Fixture& f, Vertex vd) {
+    std::vector<char> frozen(f.points.size(), 0);
+    build::BoundarySurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
+    REQUIRE(surface.collapse_ok(0, vd));
+    return surface.bound(0, vd, 100);
+  };
+  for (const Vertex vd : {2U, 3U}) {
+    CHECK(bound(tent(0), vd) == 0);
+    CHECK(bound(tent(1e-14), vd) == 0);
+    // The lid of the pit, or of the tent: as far as the tip.
+    for (const double tip : {0.75, -0.25, -1.5}) {
+      CHECK(bound(tent(tip), vd) >= std::abs(tip));
+      CHECK(bound(tent(tip), vd) <= 1.07 * std::abs(tip));
+    }
+  }
+  // All of the plane ring 2 3 4 5 stays covered, and the notch at 3 is too: the point of the edge 2 4 that is equally
+  // far from 2 3 and 3 4 is not near anything.
+  Fixture notch = tent(0);
+  notch.points[2] = {3, 0, 0};
+  notch.points[3] = {0.1, 0.5, 0};
+  notch.points[4] = {-1, 3, 0};
+  notch.points[5] = {-1, -1, 0};
+  const double to_23 = 6.7 / std::hypot(0.5, 2.9), to_34 = 6.7 / std::hypot(2.5, 1.1);
+  const double farthest = to_23 * to_34 / (to_23 + to_34);
+  CHECK(Moving(notch).surface.simulate(0, 2) == 0);
+  CHECK(bound(notch, 2) >= farthest);
+  CHECK(bound(notch, 2) <= 1.07 * farthest);
+}
+
 TEST_CASE("boundary: distances of rounding only are none", "[build][boundary]") {
   Moving m(tent(1e-14));
   CHECK(m.surface.simulate(0, 2) == 0);

@@ -105,8 +105,10 @@ struct Extraction {
   /// units, empty when the build did not measure it. Never below what the build measured, and above it only by the
   /// rounding of the file: up to 4.5% where no collapse lowered the error.
   std::vector<double> rms_error;
-  /// Likewise of any boundary face: the distance to it from the vertices and face centroids of the original boundary
-  /// that it stands for, mesh units. Sampled, and one way only: between the samples it may be larger.
+  /// Likewise of any boundary face: a bound on the distance to it from all of the original boundary that it stands for,
+  /// and from any of its points to the original boundary, mesh units. So no point of either boundary is further from
+  /// the other: neither one-sided Hausdorff distance is larger. Distances below 1e-12 of the diagonal count as none.
+  /// In a file built without exact evaluation: sampled, from the original boundary only.
   double domain_error = 0;
   LimitedBy limited_by = LimitedBy::kNothing;
   std::uint64_t bytes_read = 0; ///< from the file for this dataset so far, opening included

@@ -1,0 +1,248 @@
+#include "build/boundary_pieces.hpp"
+
+#include <algorithm>
+
+namespace ptet::build {
+namespace {
+
+/// Distances below this fraction of the diagonal are rounding.
+constexpr double kRounding = 1e-12;
+/// What rounding can hide of a distance.
+constexpr double kSlack = 1e-9;
+/// One piece is not cut into more in one collapse; a triangle in so many pieces is not cut any more.
+constexpr std::size_t kMostParts = 64;
+/// A bound so close to the truth is good enough, where it is sought in all of the original boundary.
+constexpr double kRelative = 0.03;
+
+std::vector<Triangle> points_of(const std::vector<Point>& positions, std::span<const std::array<Vertex, 3>> triangles) {
+  std::vector<Triangle> points;
+  points.reserve(triangles.size());
+  for (const auto& t : triangles)
+    points.push_back({positions[t[0]], positions[t[1]], positions[t[2]]});
+  return points;
+}
+
+} // namespace
+
+BoundaryPieces::BoundaryPieces(const std::vector<Point>& positions, std::span<const std::array<Vertex, 3>> triangles,
+                               double diagonal)
+    : positions_(positions), original_(points_of(positions, triangles)), rounding_(kRounding * diagonal),
+      division_(rounding_), row_of_(positions.size()), stamp_of_(positions.size()) {}
+
+void BoundaryPieces::add(std::uint32_t face, const std::array<Vertex, 3>& triangle) {
+  if (faces_.size() <= face) faces_.resize(face + 1);
+  triangles_.push_back(triangle);
+  parts_of_.push_back(0);
+  push(faces_[face], static_cast<std::uint32_t>(triangles_.size() - 1), Part::whole());
+}
+
+std::array<Point, 3> BoundaryPieces::corners(std::uint32_t triangle) const {
+  const auto& t = triangles_[triangle];
+  return {positions_[t[0]], positions_[t[1]], positions_[t[2]]};
+}
+
+void BoundaryPieces::push(Face& face, std::uint32_t triangle, const Part& part) {
+  const auto slot_in = [](auto& pool, auto& free) {
+    if (free.empty()) {
+      pool.emplace_back();
+      return static_cast<std::uint32_t>(pool.size() - 1);
+    }
+    const std::uint32_t slot = free.back();
+    free.pop_back();
+    return slot;
+  };
+  std::uint32_t stored = kNone;
+  if (!part.is_whole()) {
+    stored = slot_in(parts_, free_parts_);
+    parts_[stored] = part;
+  }
+  const std::uint32_t piece = slot_in(pieces_, free_pieces_);
+  pieces_[piece] = {triangle, stored, face.first_piece};
+  face.first_piece = piece;
+  ++parts_of_[triangle];
+}
+
+std::vector<BoundaryPieces::Held> BoundaryPieces::held(std::uint32_t face) const {
+  std::vector<Held> all;
+  for (std::uint32_t p = faces_[face].first_piece; p != kNone; p = pieces_[p].next)
+    all.push_back(
+        {triangles_[pieces_[p].triangle], pieces_[p].part == kNone ? Part::whole() : parts_[pieces_[p].part]});
+  return all;
+}
+
+/// What the faces hold, with parts of one triangle merged again, by triangle.
+void BoundaryPieces::gather(std::span<const std::uint32_t> fine) {
+  found_.clear();
+  gathered_.clear();
+  for (const std::uint32_t f : fine)
+    for (std::uint32_t p = faces_[f].first_piece; p != kNone; p = pieces_[p].next)
+      found_.emplace_back(pieces_[p].triangle, pieces_[p].part);
+  std::sort(found_.begin(), found_.end());
+  for (std::size_t i = 0; i < found_.size();) {
+    std::size_t end = i + 1;
+    while (end < found_.size() && found_[end].first == found_[i].first)
+      ++end;
+    const std::uint32_t triangle = found_[i].first;
+    // A whole one sorts last; all parts together are the whole again.
+    if (found_[end - 1].second == kNone || end - i == parts_of_[triangle]) {
+      gathered_.push_back({triangle, Part::whole()});
+    } else {
+      scratch_.clear();
+      for (; i < end; ++i)
+        scratch_.push_back(parts_[found_[i].second]);
+      if (scratch_.size() > 1) merge_parts(scratch_);
+      for (const Part& part : scratch_)
+        gathered_.push_back({triangle, part});
+    }
+    i = end;
+  }
+}
+
+/// Rows of the part's corners; those of vertices are shared.
+void BoundaryPieces::add_rows(std::uint32_t triangle, const Part& part) {
+  const auto& t = triangles_[triangle];
+  const std::array<Point, 3> x = corners(triangle);
+  for (std::size_t i = 0; i < part.count; ++i) {
+    const Part::Corner& c = part.corner[i];
+    Vertex vertex = kNone;
+    if (c == Part::Corner{0, 0}) vertex = t[0];
+    if (c == Part::Corner{1, 0}) vertex = t[1];
+    if (c == Part::Corner{0, 1}) vertex = t[2];
+    if (vertex == kNone) {
+      Point p{};
+      for (std::size_t k = 0; k < 3; ++k)
+        p[k] = x[0][k] + c[0] * (x[1][k] - x[0][k]) + c[1] * (x[2][k] - x[0][k]);
+      rows_.push_back(division_.add_point(p));
+    } else {
+      if (stamp_of_[vertex] != stamp_) {
+        stamp_of_[vertex] = stamp_;
+        row_of_[vertex] = division_.add_point(positions_[vertex]);
+      }
+      rows_.push_back(row_of_[vertex]);
+    }
+  }
+}
+
+/// Merges what one triangle has in one target, `all`: of all of it; returns the largest distance of what that changes.
+double BoundaryPieces::merge_placed(std::size_t first, bool all) {
+  double worst = 0;
+  const auto begin = placed_.begin() + static_cast<std::ptrdiff_t>(first);
+  std::stable_sort(begin, placed_.end(), [](const Placed& a, const Placed& b) { return a.target < b.target; });
+  std::size_t kept = first;
+  const std::uint32_t triangle = begin->triangle;
+  for (std::size_t i = first; i < placed_.size();) {
+    const std::uint32_t target = placed_[i].target;
+    scratch_.clear();
+    for (; i < placed_.size() && placed_[i].target == target; ++i)
+      scratch_.push_back(placed_[i].part);
+    const std::size_t before = scratch_.size();
+    if (all && before == placed_.size() - first)
+      scratch_.assign(1, Part::whole());
+    else if (before > 1)
+      merge_parts(scratch_);
+    for (const Part& part : scratch_) {
+      if (scratch_.size() < before) worst = std::max(worst, division_.distance(corners(triangle), part, target));
+      placed_[kept++] = {triangle, target, part};
+    }
+  }
+  placed_.resize(kept);
+  return worst;
+}
+
+double BoundaryPieces::divide(std::span<const PatchTriangle> coarse, double limit) {
+  if (++stamp_ == 0) {
+    std::fill(stamp_of_.begin(), stamp_of_.end(), 0U);
+    stamp_ = 1;
+  }
+  division_.begin(coarse);
+  rows_.clear();
+  placed_.clear();
+  for (const Gathered& g : gathered_)
+    add_rows(g.triangle, g.part);
+  double worst = division_.lower_bound();
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < gathered_.size() && worst <= limit;) {
+    std::size_t end = i + 1;
+    while (end < gathered_.size() && gathered_[end].triangle == gathered_[i].triangle)
+      ++end;
+    const std::uint32_t triangle = gathered_[i].triangle;
+    const std::size_t first = placed_.size();
+    const std::size_t most_parts = end - i < kMostParts ? kMostParts : 1;
+    const bool all = gathered_[i].part.is_whole();
+    for (; i < end; ++i) {
+      const Part& part = gathered_[i].part;
+      divided_.clear();
+      worst = std::max(
+          worst, division_.divide(corners(triangle), part, {rows_.data() + row, part.count}, 0, most_parts, divided_));
+      row += part.count;
+      for (const PatchDivision::Placed& p : divided_)
+        placed_.push_back({triangle, p.target, p.part});
+    }
+    if (placed_.size() - first > 1) worst = std::max(worst, merge_placed(first, all));
+  }
+  return worst;
+}
+
+/// An upper bound on the largest distance of a point of the face to the targets, offsets included.
+double BoundaryPieces::away_from(const PatchTriangle& face, std::span<const PatchTriangle> targets, double enough) {
+  division_.begin(targets);
+  std::array<std::uint32_t, 3> rows{};
+  for (std::size_t i = 0; i < 3; ++i)
+    rows[i] = division_.add_point(face.x[i]);
+  divided_.clear();
+  return division_.divide(face.x, Part::whole(), rows, enough, kMostParts + 4 * targets.size(), divided_);
+}
+
+double BoundaryPieces::away(std::uint32_t target, const PatchTriangle& face, std::span<const PatchTriangle> fine,
+                            double enough) {
+  // By way of the faces before the collapse: exact where the surface stays in its own plane.
+  double least = away_from(face, fine, enough);
+  if (least <= enough) return least;
+  near_.clear();
+  std::uint32_t last = kNone;
+  for (const Placed& p : placed_)
+    if (p.target == target && p.triangle != last) {
+      last = p.triangle;
+      near_.push_back({triangles_[last], corners(last), 0});
+    }
+  if (!near_.empty()) least = std::min(least, away_from(face, near_, enough));
+  if (least <= enough) return least;
+  // What else is near may be held by faces elsewhere.
+  return std::min(least, original_.farthest(face.x, kRelative, enough).upper);
+}
+
+double BoundaryPieces::hand_over(std::span<const std::uint32_t> fine, std::span<PatchTriangle> fine_triangles,
+                                 std::span<const PatchTriangle> coarse, double limit) {
+  gather(fine);
+  limit = std::max(limit, rounding_);
+  double error = divide(coarse, limit);
+  if (error > limit) return error;
+  for (std::size_t i = 0; i < fine.size(); ++i)
+    fine_triangles[i].offset = faces_[fine[i]].away;
+  away_.clear();
+  const double enough = std::max((1 + kRelative) * error, rounding_);
+  for (std::uint32_t i = 0; i < coarse.size(); ++i) {
+    const double found = away(i, coarse[i], fine_triangles, enough);
+    away_.push_back(found > rounding_ ? found : 0);
+    error = std::max(error, found);
+    if (error > limit) return error;
+  }
+  return error > rounding_ ? error * (1 + kSlack) : 0;
+}
+
+void BoundaryPieces::commit(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> faces) {
+  for (const std::uint32_t f : fine) {
+    for (std::uint32_t p = faces_[f].first_piece; p != kNone; p = pieces_[p].next) {
+      if (pieces_[p].part != kNone) free_parts_.push_back(pieces_[p].part);
+      free_pieces_.push_back(p);
+      --parts_of_[pieces_[p].triangle];
+    }
+    faces_[f] = {};
+  }
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    faces_[faces[i]].away = away_[i];
+  for (const Placed& p : placed_)
+    push(faces_[faces[p.target]], p.triangle, p.part);
+}
+
+} // namespace ptet::build
