@@ -140,7 +140,7 @@ private:
     }
     for (std::size_t i = 0; i < 4; ++i) { // at its own corners the version is exact
       Workspace::Vertex& corner = w_.vertices_[version_[i].index()];
-      corner = {{}, w_.stamp_};
+      corner = {{}, w_.stamp_, static_cast<std::uint8_t>(0xF & ~(1U << i)), 0};
       corner.barycentric[i] = 1;
       std::fill_n(&w_.differences_[version_[i].index() * channels_], channels_, 0.0);
     }
@@ -156,6 +156,11 @@ private:
     const double b2 = dot(row_[1], d);
     const double b3 = dot(row_[2], d);
     seen.barycentric = {1 - b1 - b2 - b3, b1, b2, b3};
+    seen.beyond = seen.strictly_beyond = 0;
+    for (unsigned i = 0; i < 4; ++i) {
+      seen.beyond |= static_cast<std::uint8_t>(static_cast<unsigned>(seen.barycentric[i] <= 0) << i);
+      seen.strictly_beyond |= static_cast<std::uint8_t>(static_cast<unsigned>(seen.barycentric[i] < 0) << i);
+    }
     const double* const values = original_.channels.values.data();
     double* const difference = &w_.differences_[v.index() * channels_];
     for (std::size_t c = 0; c < channels_; ++c) {
@@ -170,11 +175,10 @@ private:
   /// Whether one plane of the version has all the vertices on its outer side (or on it).
   template <std::size_t N>
   [[nodiscard]] static bool apart(const std::array<const Workspace::Vertex*, N>& vertices) {
-    for (std::size_t i = 0; i < 4; ++i)
-      if (std::all_of(vertices.begin(), vertices.end(),
-                      [i](const Workspace::Vertex* v) { return v->barycentric[i] <= 0; }))
-        return true;
-    return false;
+    unsigned common = 0xF;
+    for (const Workspace::Vertex* const v : vertices)
+      common &= v->beyond;
+    return common != 0;
   }
 
   void enter(std::uint32_t t) {
@@ -194,7 +198,8 @@ private:
     for (; next_ < w_.queue_.size(); ++next_) {
       const std::uint32_t t = w_.queue_[next_];
       w_.tet_stamp_[t] = done();
-      if (!squared_.empty()) integrate(original_.prepared.mesh.tets[t]);
+      // The parts of a tet that are integrated over have all the corners that count for the maximum.
+      const bool maximum_known = !squared_.empty() && integrate(original_.prepared.mesh.tets[t]);
       for (HalfFace h = 4 * t; h < 4 * t + 4; ++h) {
         const std::uint32_t other = original_.faces.mate[h] / 4;
         const bool boundary = original_.faces.is_boundary(h);
@@ -202,7 +207,7 @@ private:
         const Face face = face_of(original_.prepared.mesh.tets, h);
         const std::array<const Workspace::Vertex*, 3> v{&look_at(face[0]), &look_at(face[1]), &look_at(face[2])};
         if (apart<3>(v)) continue;
-        see_face(face, v);
+        if (!maximum_known) see_face(face, v);
         if (boundary)
           met_boundary_ = true;
         else if (w_.tet_stamp_[other] < queued()) {
@@ -272,22 +277,23 @@ private:
     return greater;
   }
 
-  /// Adds the integrals over the part of an original tet in the version.
-  void integrate(const Tet& tet) {
+  /// Adds the integrals over the part of an original tet in the version, and raises the errors by those there. False,
+  /// and nothing done, for a flat tet.
+  bool integrate(const Tet& tet) {
     const Point& o = original_.point(tet[0]);
     const double volume =
         std::abs(dot(original_.point(tet[1]) - o, cross(original_.point(tet[2]) - o, original_.point(tet[3]) - o))) / 6;
+    if (!(volume > 0)) return false;
     unsigned cut_by = 0; // the version's planes that have a corner of the tet on their outer side
     std::array<const double*, 4> differences{};
     for (std::size_t i = 0; i < 4; ++i) {
       const Workspace::Vertex& vertex = look_at(tet[i]);
-      for (unsigned plane = 0; plane < 4; ++plane)
-        cut_by |= static_cast<unsigned>(vertex.barycentric[plane] < 0) << plane;
+      cut_by |= vertex.strictly_beyond;
       differences[i] = &w_.differences_[tet[i].index() * channels_];
     }
     if (cut_by == 0) {
       add_integral(differences, volume);
-      return;
+      return true;
     }
     Piece corners{};
     for (std::size_t i = 0; i < 4; ++i) {
@@ -296,6 +302,7 @@ private:
       std::copy_n(differences[i], channels_, corners[i] + 4);
     }
     integrate_inside(corners, volume, cut_by, &w_.pieces_[4 * row_size_]);
+    return true;
   }
 
   /// Corners of a tet, a row each: barycentric coordinates in the version, then differences.
@@ -304,7 +311,6 @@ private:
   /// Adds the integrals over the part of a tet on the inner side of the planes `cut_by` (a set of bits).
   /// `free`: rows for new corners.
   void integrate_inside(const Piece& corners, double volume, unsigned cut_by, double* free) {
-    if (!(volume > 0)) return;
     if (cut_by == 0) {
       add_integral({corners[0] + 4, corners[1] + 4, corners[2] + 4, corners[3] + 4}, volume);
       return;
@@ -357,8 +363,10 @@ private:
     }
   }
 
-  /// Adds the integrals over a tet, from the differences at its corners.
+  /// Adds the integrals over a tet, from the differences at its corners, and raises the errors to these.
   void add_integral(const std::array<const double*, 4>& differences, double volume) {
+    for (const double* const difference : differences)
+      passes(difference, true);
     for (std::size_t channel = 0; channel < channels_; ++channel) {
       double sum = 0;
       double sum_sq = 0;

@@ -54,6 +54,8 @@ public:
     struct Vertex {
       std::array<double, 4> barycentric;
       std::uint32_t stamp = 0;
+      std::uint8_t beyond = 0; ///< bits: the planes of the version that it lies on the outer side of, or on
+      std::uint8_t strictly_beyond = 0;
     };
     std::vector<Vertex> vertices_;
     std::vector<double> differences_; ///< vertex x channel
