@@ -346,16 +346,26 @@ private:
         cost_growth[f] = growth[f] / vertex_volume_;
       return std::max(cost_.of_maximum(verdict.errors), cost_.of_mean(cost_growth));
     };
-    const bool whole = trial.measure(verdict.errors, &verdict.integrals, [&] {
-      for (std::size_t f = 0; f < fields; ++f) {
+    std::vector<double> limit = field_limit_;
+    for (std::size_t f = 0; f < fields; ++f)
+      limit[f] = std::min(limit[f], cost_.error_at(enough, f));
+    const bool whole = trial.measure(verdict.errors, &verdict.integrals, limit, [&] {
+      for (std::size_t f = 0; f < fields; ++f)
         growth[f] += verdict.integrals[verdict.integrals.size() - fields + f];
-        if (verdict.errors[f] > field_limit_[f]) verdict.status = CollapseStatus::kFieldError;
-      }
-      return verdict.status != CollapseStatus::kAccepted || cost() > enough;
+      return cost() > enough;
     });
+    if (beyond_limit(verdict.errors)) verdict.status = CollapseStatus::kFieldError;
     verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
-    if (!whole) verdict.cost = std::max(verdict.cost, std::nextafter(candidates_->round_cost(), INFINITY));
+    // Not to be taken now, whatever is left of it in a float.
+    if (!whole)
+      verdict.cost = std::max(static_cast<float>(enough), std::nextafter(candidates_->round_cost(), INFINITY));
     return verdict;
+  }
+
+  [[nodiscard]] bool beyond_limit(const std::vector<double>& errors) const {
+    for (std::size_t f = 0; f < errors.size(); ++f)
+      if (errors[f] > field_limit_[f]) return true;
+    return false;
   }
 
   CollapseStatus counted(CollapseStatus status) {
@@ -387,16 +397,10 @@ private:
       const auto seen = trial.simulate().errors();
       if (measured == nullptr) errors.assign(seen.begin(), seen.end());
     }
-    const auto beyond_limit = [&](const std::vector<double>& so_far) {
-      for (std::size_t f = 0; f < so_far.size(); ++f)
-        if (so_far[f] > field_limit_[f]) return true;
-      return false;
-    };
     if (beyond_limit(errors)) return CollapseStatus::kFieldError;
     if (measured == nullptr && exact_) {
       std::vector<double> everywhere(errors.size());
-      if (!trial.measure(everywhere, nullptr, [&] { return beyond_limit(everywhere); }))
-        return CollapseStatus::kFieldError;
+      if (!trial.measure(everywhere, nullptr, field_limit_, [] { return false; })) return CollapseStatus::kFieldError;
     }
     if (check.moves_boundary() && bounds_domain_error()) {
       domain_error = surface_.bound(vs, vd, domain_limit_);

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,11 @@ public:
     for (std::size_t f = 0; f < errors.size(); ++f)
       worst = std::max(worst, field_weight_[f] * errors[f]);
     return maximum_ * worst;
+  }
+  /// The error of field `f` at which it alone costs `cost`.
+  [[nodiscard]] double error_at(double cost, std::size_t f) const {
+    const double weight = maximum_ * field_weight_[f];
+    return weight > 0 ? cost / weight : std::numeric_limits<double>::infinity();
   }
   /// The part of the mean square: `growth` is that of the integral of the squared error, in volumes of an average
   /// vertex, so that its root is an error again.

@@ -3,6 +3,7 @@
 #include "build/certify.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace ptet::build {
 
@@ -23,8 +24,10 @@ const RemovedVertices::Simulation& Trial::simulate() {
   return simulation_;
 }
 
-void Trial::measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals) {
+bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals,
+                         const std::vector<double>& limit) {
   squared_.assign(errors.size(), 0.0);
+  bool whole = true;
   if (!complex_.is_ghost(complex_.slot(slot))) {
     Tet version;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -32,17 +35,16 @@ void Trial::measure_slot(SlotId slot, std::vector<double>& errors, std::vector<d
       version[i] = VertexId{x == vs_ ? vd_ : x};
     }
     measured_ = errors;
-    if (integrals != nullptr)
-      exact_->measure(version, *workspace_, measured_, squared_);
-    else
-      exact_->measure(version, *workspace_, measured_);
-    for (std::size_t f = 0; f < errors.size(); ++f)
+    const std::span<double> squared = integrals != nullptr ? std::span<double>(squared_) : std::span<double>();
+    whole = exact_->measure(version, *workspace_, measured_, squared, limit);
+    for (std::size_t f = 0; f < errors.size(); ++f) {
       if (measured_[f] > errors[f]) errors[f] = certified(measured_[f]);
-    // Where there is no error the integral is rounding.
-    for (std::size_t f = 0; f < errors.size(); ++f)
-      if (errors[f] == 0) squared_[f] = 0;
+      if (errors[f] > limit[f]) whole = false;
+      if (errors[f] == 0) squared_[f] = 0; // where there is no error the integral is rounding
+    }
   }
   if (integrals != nullptr) integrals->insert(integrals->end(), squared_.begin(), squared_.end());
+  return whole;
 }
 
 } // namespace ptet::build

@@ -27,20 +27,20 @@ public:
 
   /// Raises `errors` (one a field, fractions of the ranges) to the exact maxima over the coarse versions, with what
   /// rounding can hide of them, and lists the integrals of the squared error in `integrals`, unless that is null:
-  /// modified slot x field, 0 for ghosts. Asks `enough()` after every version and gives up, returning false, when it is
-  /// true.
+  /// modified slot x field, 0 for ghosts. Gives up, returning false, when an error passes its `limit` (one a field), or
+  /// when `enough()`, which is asked after every version, is true.
   template <class Enough>
-  [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals, Enough&& enough) {
+  [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals,
+                             const std::vector<double>& limit, Enough&& enough) {
     if (integrals != nullptr) integrals->clear();
-    for (const SlotId s : check_.modified()) {
-      measure_slot(s, errors, integrals);
-      if (enough()) return false;
-    }
+    for (const SlotId s : check_.modified())
+      if (!measure_slot(s, errors, integrals, limit) || enough()) return false;
     return true;
   }
 
 private:
-  void measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals);
+  bool measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals,
+                    const std::vector<double>& limit);
 
   const WorkingComplex& complex_;
   const RemovedVertices& removed_;

@@ -87,12 +87,14 @@ ExactFieldError::~ExactFieldError() = default;
 /// One measurement: the walk over the original tets that a version meets.
 class ExactFieldError::Walk {
 public:
-  Walk(const Impl& original, const Tet& version, Workspace& w, std::span<double> errors, std::span<double> squared)
+  Walk(const Impl& original, const Tet& version, Workspace& w, std::span<double> errors, std::span<double> squared,
+       std::span<const double> limit = {})
       : original_(original), channels_(original.channels.channels), row_size_(4 + channels_), version_(version), w_(w),
-        errors_(errors), squared_(squared) {}
+        errors_(errors), squared_(squared), limit_(limit) {}
 
-  void run() {
-    if (!begin()) return;
+  /// False when it was given up.
+  bool run() {
+    if (!begin()) return true;
     // Around a vertex inside the domain the corner of the version is full of original tets. At the boundary there may
     // be none, and those that do not lie beyond one of the version's planes need not meet it.
     const auto start =
@@ -102,7 +104,7 @@ public:
       enter_star(*start);
       walk();
     }
-    if (!met_boundary_) return;
+    if (!met_boundary_ || beyond_limit_) return !beyond_limit_;
     namespace bgi = boost::geometry::index;
     std::array<Point, 4> x;
     for (std::size_t i = 0; i < 4; ++i)
@@ -113,6 +115,7 @@ public:
     for (const VertexId v : version_)
       enter_star(v);
     walk();
+    return !beyond_limit_;
   }
 
 private:
@@ -195,7 +198,7 @@ private:
   }
 
   void walk() {
-    for (; next_ < w_.queue_.size(); ++next_) {
+    for (; next_ < w_.queue_.size() && !beyond_limit_; ++next_) {
       const std::uint32_t t = w_.queue_[next_];
       w_.tet_stamp_[t] = done();
       // The parts of a tet that are integrated over have all the corners that count for the maximum.
@@ -270,11 +273,16 @@ private:
       if (c + 1 != channels_ && original_.channels.field_of[c + 1] == field) continue;
       if (sum_sq > errors_[field] * errors_[field]) {
         greater = true;
-        if (raise) errors_[field] = std::sqrt(sum_sq);
+        if (raise) raise_error(field, std::sqrt(sum_sq));
       }
       sum_sq = 0;
     }
     return greater;
+  }
+
+  void raise_error(std::size_t field, double error) {
+    errors_[field] = error;
+    beyond_limit_ |= !limit_.empty() && error > limit_[field];
   }
 
   /// Adds the integrals over the part of an original tet in the version, and raises the errors by those there. False,
@@ -384,7 +392,9 @@ private:
   const Tet& version_;
   Workspace& w_;
   std::span<double> errors_;
-  std::span<double> squared_; ///< empty: not wanted
+  std::span<double> squared_;     ///< empty: not wanted
+  std::span<const double> limit_; ///< empty: none
+  bool beyond_limit_ = false;
   Point origin_{};
   std::array<Vec3, 3> row_{};
   std::size_t next_ = 0;
@@ -398,6 +408,11 @@ void ExactFieldError::measure(const Tet& version, Workspace& workspace, std::spa
 void ExactFieldError::measure(const Tet& version, Workspace& workspace, std::span<double> errors,
                               std::span<double> squared) const {
   Walk(*impl_, version, workspace, errors, squared).run();
+}
+
+bool ExactFieldError::measure(const Tet& version, Workspace& workspace, std::span<double> errors,
+                              std::span<double> squared, std::span<const double> limit) const {
+  return Walk(*impl_, version, workspace, errors, squared, limit).run();
 }
 
 } // namespace ptet
