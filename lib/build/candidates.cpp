@@ -15,6 +15,9 @@ namespace {
 constexpr std::size_t kPrefetch = 3;
 /// A vertex all of whose half-edges were refused waits 1, 2, 4, ... rounds; at most 2 to this power.
 constexpr std::uint32_t kLongestWait = 5;
+/// When the star of a vertex changes its cost may fall, but seldom to less than this part: what was far from being
+/// picked stays as it was seen last until the rounds come near.
+constexpr float kStale = 0.5F;
 
 } // namespace
 
@@ -105,12 +108,16 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
 void Candidates::predict(std::uint32_t round) {
   std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
   work_.clear();
+  const bool simulates = prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact;
+  const auto is_far = [&](Vertex v) {
+    return simulates && best(v).target != kNone && kStale * best(v).cost > round_cost_;
+  };
   for (const Vertex v : movable_)
-    if (dirty_[v] && pages_[v].resume_round <= round) {
+    if (dirty_[v] && pages_[v].resume_round <= round && !is_far(v)) {
       dirty_[v] = 0;
       work_.push_back(v);
     }
-  const std::size_t grain = prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact ? 16 : 256;
+  const std::size_t grain = simulates ? 16 : 256;
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), grain), [&](const auto& range) {
     Worker& worker = workers_.local();
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
@@ -132,6 +139,7 @@ std::vector<Vertex> Candidates::pick() {
   std::nth_element(live.begin(), live.begin() + static_cast<std::ptrdiff_t>(count - 1), live.end(), by_cost);
   live.resize(count);
   round_cost_ = best(live.back()).cost;
+  std::erase_if(live, [&](Vertex v) { return dirty_[v] != 0; }); // to be looked at again first
   // Within an octave of cost along the curve of the numbering: what is near in space is near in memory.
   const auto octave = [&](Vertex v) { return std::bit_cast<std::uint32_t>(best(v).cost) >> 23U; };
   std::sort(live.begin(), live.end(), [&](Vertex a, Vertex b) {
@@ -156,6 +164,7 @@ void Candidates::raise_best(Vertex v, float cost) {
 }
 
 void Candidates::forget_all() {
+  round_cost_ = std::numeric_limits<float>::infinity();
   for (const Vertex v : movable_) {
     dirty_[v] = 1;
     pages_[v].resume_round = 0;

@@ -39,9 +39,10 @@ public:
              const QuadricPredictor* quadrics, const CollapseCost& cost, Prediction prediction, double round_fraction,
              std::function<Trial()> new_trial, const std::vector<char>& frozen);
 
-  /// Brings the pages up to date. Vertices that failed wait until `round` is theirs.
+  /// Brings the pages up to date. Vertices that failed wait until `round` is theirs. Where costs are simulated, those
+  /// that were far from being picked keep their old page until they are near (lazy evaluation).
   void predict(std::uint32_t round);
-  /// The best part of the vertices with a candidate, in the order (height, octave of cost, vertex).
+  /// The best part of the vertices with a candidate that is up to date, in the order (height, octave of cost, vertex).
   [[nodiscard]] std::vector<Vertex> pick();
   /// The highest cost of the last pick.
   [[nodiscard]] float round_cost() const { return round_cost_; }
@@ -106,7 +107,7 @@ private:
   std::vector<char> dirty_;
   std::vector<Vertex> movable_; ///< vertices that are there and not frozen
   std::vector<Vertex> work_;
-  float round_cost_ = 0;
+  float round_cost_ = std::numeric_limits<float>::infinity();
   oneapi::tbb::enumerable_thread_specific<Worker> workers_;
 };
 
