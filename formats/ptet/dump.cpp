@@ -237,6 +237,7 @@ void Dump::describe_record(RecordId r) {
   if (!content_.squared_error.empty()) out_ << ", squared:";
   for (std::size_t i = 0; !content_.squared_error.empty() && i + 1 < codes; ++i)
     out_ << ' ' << content_.squared_error[r.index() * (codes - 1) + i];
+  out_ << "\n             order code: " << content_.order[r.index()];
   if (const auto parents = refinement.parents(r); !parents.empty()) {
     out_ << "\n             after records";
     for (const RecordId parent : parents)
@@ -295,6 +296,7 @@ void summarise(std::ostream& out, const std::string& path) {
       if (array.governing) out << ' ' << number(decode_error(info.max_error[code++], array.range));
     }
     out << " domain " << number(decode_error(info.max_error[code], header.diagonal));
+    out << ", order " << info.max_order;
     if (!info.squared_error.empty()) out << ", mean squares / range^2";
     for (const double sum : info.squared_error)
       out << ' ' << number(sum);

@@ -233,7 +233,7 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
       1 + static_cast<std::size_t>(std::count_if(header.arrays.begin(), header.arrays.end(),
                                                  [](const ArrayInfo& array) { return array.governing; }));
   const std::size_t squared = header.has_squared_errors ? codes - 1 : 0;
-  const std::size_t least_row_bytes = 3 + 8 + 48 + 2 * codes + 8 * squared + 1;
+  const std::size_t least_row_bytes = 3 + 8 + 48 + 2 * codes + 2 + 8 * squared + 1;
   if (header.block_count > in.remaining() / least_row_bytes) in.fail("it is too short for its number of blocks");
   std::vector<TableRow> rows(header.block_count);
   std::uint64_t offset = blocks.offset, records = 0, versions = 0;
@@ -263,6 +263,8 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
       info.max_error.push_back(in.get<std::uint16_t>("max_error"));
       if (info.max_error.back() > kMaxErrorCode) in.fail("max_error is out of range");
     }
+    info.max_order = in.get<OrderCode>("max_order");
+    if (info.max_order > kMaxOrderCode) in.fail("max_order is out of range");
     for (std::size_t i = 0; i < squared; ++i) {
       info.squared_error.push_back(in.get<double>("squared_error"));
       if (!(std::fabs(info.squared_error.back()) <= kMaxSquaredErrorSum)) in.fail("squared_error is out of range");

@@ -105,6 +105,21 @@ std::vector<std::uint32_t> by_error(const RecordStream& records, const std::vect
   return order;
 }
 
+/// Records by their rank in that order or from the last collapse to the first, whichever is less. So a cut by error and
+/// one by budget of n records both find them among the first 2n. With a record's come its parents' places, which are
+/// before it in both orders.
+std::vector<std::uint32_t> coarse_to_fine(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+                                          const std::vector<std::uint32_t>& generation) {
+  std::vector<std::uint32_t> order = by_error(records, consumers, generation);
+  std::vector<std::uint32_t> rank(records.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i)
+    rank[order[i]] = std::min(i, static_cast<std::uint32_t>(records.size()) - 1 - order[i]);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tuple(rank[a], b) < std::tuple(rank[b], a); // of two that share a rank the later collapse
+  });
+  return order;
+}
+
 /// Where the levels end in that order: each has kLevelGrowth times the vertices of the one before.
 std::vector<std::size_t> level_ends(std::size_t record_count, std::size_t base_vertices) {
   std::vector<std::size_t> ends;
@@ -136,11 +151,11 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std
   const auto generation = generations_of(records, consumers);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
 
-  const auto coarse_to_fine = by_error(records, consumers, generation);
+  const auto by_rank = coarse_to_fine(records, consumers, generation);
   std::size_t begin = 0;
   for (const std::size_t end : level_ends(records.size(), order.base_vertex_count)) {
-    std::vector<std::uint32_t> level(coarse_to_fine.begin() + static_cast<std::ptrdiff_t>(begin),
-                                     coarse_to_fine.begin() + static_cast<std::ptrdiff_t>(end));
+    std::vector<std::uint32_t> level(by_rank.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     by_rank.begin() + static_cast<std::ptrdiff_t>(end));
     std::sort(level.begin(), level.end(),
               [&](std::uint32_t a, std::uint32_t b) { return std::pair(code_of(a), a) < std::pair(code_of(b), b); });
     // Blocks of one level differ by one record at most.

@@ -1,5 +1,6 @@
-// The order in which a file holds vertices and records: levels by the error at which they are needed, blocks of records
-// near one another within a level, the records of a block by generation and again by nearness. PTET.md, "Order".
+// The order in which a file holds vertices and records: levels by when error bounds or budgets need them, blocks of
+// records near one another within a level, the records of a block by generation and again by nearness. PTET.md,
+// "Order".
 #pragma once
 
 #include "ptet/mesh.hpp"

@@ -176,12 +176,14 @@ Content Reader::read_base() {
           codes,
           std::vector<ErrorCode16>(errors),
           std::vector<ErrorCode16>(errors),
+          std::vector<OrderCode>(header_.record_count),
           std::vector<SquaredErrorCode>(header_.has_squared_errors ? errors - header_.record_count : 0),
           std::vector<std::uint32_t>(header_.record_count),
           std::vector<char>(header_.block_count)};
 }
 
 // The promises that cuts rest on: parents come earlier, lie in blocks that the table names, and have no smaller error.
+// That they have no smaller order code is checked as codes are read.
 void Reader::check_record(RecordId r, std::uint32_t block, const Content& content) const {
   const std::size_t codes = content.errors_per_record;
   const auto& needs = blocks_[block].needs;
@@ -204,12 +206,15 @@ void Reader::check_record(RecordId r, std::uint32_t block, const Content& conten
 void Reader::check_block(std::uint32_t block, const Content& content) const {
   const BlockInfo& info = blocks_[block];
   std::vector<ErrorCode16> greatest(content.errors_per_record);
+  OrderCode greatest_order = 0;
   for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
     for (std::size_t i = 0; i < greatest.size(); ++i) {
       greatest[i] = std::max(greatest[i], content.monotone[r * greatest.size() + i]);
     }
+    greatest_order = std::max(greatest_order, content.order[r]);
   }
   if (greatest != info.max_error) fail_file("a block's errors are not those of the table", info.offset);
+  if (greatest_order != info.max_order) fail_file("a block's order codes are not those of the table", info.offset);
   // The table's sums are of numbers that the codes stand for, rounded up.
   for (std::size_t i = 0; i < info.squared_error.size(); ++i) {
     double least = 0, most = 0, slack = 0;

@@ -6,6 +6,7 @@
 #include "formats/ptet/source.hpp"
 #include "ptet/mesh.hpp"
 #include "record/error_code.hpp"
+#include "record/order_code.hpp"
 #include "record/refinement.hpp"
 
 #include <memory>
@@ -49,6 +50,7 @@ struct BlockInfo {
   Point box_max{};
   /// Largest monotone error codes of its records: one per governing field, then the domain's.
   std::vector<ErrorCode16> max_error;
+  OrderCode max_order = 0; ///< largest order code of its records
   /// What its records raise the mean of |Phi - phi|^2 over the domain by, as a fraction of range^2; one per governing
   /// field, empty when it was not measured.
   std::vector<double> squared_error;
@@ -66,6 +68,9 @@ struct Content {
   /// depends on r, so that { r : monotone > t } is a closed cut.
   std::vector<ErrorCode16> own;
   std::vector<ErrorCode16> monotone;
+  /// By record: how coarse the mesh was when its collapse was made, so that { r : order > t } is a closed cut, too: the
+  /// mesh that the builder had.
+  std::vector<OrderCode> order;
   /// record_count x governing fields: see BlockInfo::squared_error; empty when it was not measured.
   std::vector<SquaredErrorCode> squared_error;
   /// Rank in the dependency order: a record's parents have a smaller one.

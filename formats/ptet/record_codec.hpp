@@ -7,6 +7,7 @@
 //   arrays     of v, predicted from the vertices around it
 //   errors     own, and how much more the finer records that depend on it have
 //   squared    what the collapse raised the mean square errors by, predicted from the own error and the star's volume
+//   order      how coarse the mesh was when the collapse was made, below that of the parents
 //
 // Everything used to predict is the same in every closed set of loaded blocks.
 #pragma once
@@ -204,7 +205,7 @@ struct RecordKnown {
 
 /// Bits coded of each kind, for measurements; a coder without bits() leaves it zero.
 struct CodedBits {
-  double seed = 0, position = 0, growth = 0, arrays = 0, errors = 0, squared = 0;
+  double seed = 0, position = 0, growth = 0, arrays = 0, errors = 0, squared = 0, order = 0;
 };
 
 /// Codes records one after the other. Holds scratch for as many vertices as the mesh has.
@@ -242,6 +243,8 @@ public:
     account(coder, bits_.errors);
     if (schema_.has_squared_errors) code_squared_errors(coder, state, content, r);
     account(coder, bits_.squared);
+    code_order(coder, state, content, r);
+    account(coder, bits_.order);
   }
 
   /// Extends a box by the star of the record coded last.
@@ -328,6 +331,8 @@ private:
   void code_errors(Coder& coder, BlockState& state, Content& content, RecordId r);
   template <class Coder>
   void code_squared_errors(Coder& coder, BlockState& state, Content& content, RecordId r);
+  template <class Coder>
+  void code_order(Coder& coder, const BlockState& state, Content& content, RecordId r);
   template <class Coder>
   std::int32_t code_near(Coder& coder, std::uint32_t first_context, std::int32_t expected, std::int32_t value);
   [[nodiscard]] double six_star_volumes(const Content& content, RecordId r) const;
@@ -678,6 +683,20 @@ void RecordCodec::code_squared_errors(Coder& coder, BlockState& state, Content& 
     }
     squared = static_cast<SquaredErrorCode>(negative ? -value : value);
   }
+}
+
+// Coded by how much less it is than the least of the parents' and the largest of the block.
+template <class Coder>
+void RecordCodec::code_order(Coder& coder, const BlockState& state, Content& content, RecordId r) {
+  const std::uint32_t largest = blocks_[state.block].max_order;
+  std::uint32_t most = largest;
+  for (const RecordId parent : content.refinement.parents(r))
+    most = std::min<std::uint32_t>(most, content.order[parent.index()]);
+  const std::uint32_t below = std::min((largest - most) / 8, Schema::kOrderClasses - 1);
+  OrderCode& order = content.order[r.index()];
+  const std::uint32_t less = code_uint(coder, schema_.order + below * Schema::kUintContexts, most - order);
+  if (less > most) fail_record(r, "its order code is out of range");
+  order = static_cast<OrderCode>(most - less);
 }
 
 } // namespace ptet::file

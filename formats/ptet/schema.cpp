@@ -74,6 +74,7 @@ Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
     squared_negative = take(std::uint64_t{6} * governing.size());
     squared = take(std::uint64_t{4} * kErrorContexts * governing.size());
   }
+  order = take(std::uint64_t{kOrderClasses} * kUintContexts);
   context_count_ = static_cast<std::uint32_t>(count);
 }
 

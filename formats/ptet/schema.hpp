@@ -66,8 +66,10 @@ public:
   std::uint32_t squared_zero = 0;                     ///< per governing array: 4; these three only where measured
   std::uint32_t squared_negative = 0;                 ///< per governing array: 6
   std::uint32_t squared = 0;                          ///< per governing array: 4 x kErrorContexts
+  std::uint32_t order = 0;                            ///< kOrderClasses x uint
   static constexpr std::uint32_t kGrowthContexts = 8 * 64 * 4;
   static constexpr std::uint32_t kErrorClasses = 8;
+  static constexpr std::uint32_t kOrderClasses = 8;
   static constexpr std::uint32_t kErrorContexts = 16 + 16 * 3 + 1; ///< length tree, mantissa, sign
 
   std::array<Column, 3> position;

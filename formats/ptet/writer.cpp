@@ -43,6 +43,7 @@ public:
   void describe();
   void number_errors();
   void number_squared_errors();
+  void number_order();
   void make_base();
   void find_needs();
   void choose_seeds_and_train();
@@ -78,6 +79,7 @@ private:
   PointArray positions_;
   std::vector<PointArray> arrays_;
   std::vector<ErrorCode16> own_, monotone_;
+  std::vector<OrderCode> order_code_; ///< by file record
   std::vector<double> squared_error_; ///< by file record and governing array, fractions of range^2 * volume
   std::vector<SquaredErrorCode> squared_code_;
   std::vector<Tet> base_tets_;
@@ -254,6 +256,12 @@ void Encoding::number_squared_errors() {
   }
 }
 
+void Encoding::number_order() {
+  order_code_.resize(record_count());
+  for (std::size_t i = 0; i < record_count(); ++i)
+    order_code_[file_record_[i]] = encode_order(mesh_.vertex_count(), mesh_.vertex_count() - i);
+}
+
 void Encoding::make_base() {
   for (std::size_t t = 0; t < records_.versions.size(); ++t) {
     if (consumers_[t] != RecordId::kNone) continue;
@@ -317,6 +325,7 @@ void Encoding::find_needs() {
       rows_[b].version_count += static_cast<std::uint32_t>(records_.consumed(record).size());
       for (std::size_t c = 0; c < codes; ++c)
         info.max_error[c] = std::max(info.max_error[c], monotone_[r * codes + c]);
+      info.max_order = std::max(info.max_order, order_code_[r]);
     }
     info.squared_error = squared_sums(info);
     std::sort(info.needs.begin(), info.needs.end());
@@ -332,6 +341,7 @@ Content Encoding::full_content() const {
           schema_->code_count(),
           own_,
           monotone_,
+          order_code_,
           squared_code_,
           order_.generation,
           std::vector<char>(infos_.size())};
@@ -570,6 +580,7 @@ std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, 
   encoding.describe();
   encoding.number_errors();
   encoding.number_squared_errors();
+  encoding.number_order();
   encoding.make_base();
   encoding.find_needs();
   encoding.choose_seeds_and_train();

@@ -8,13 +8,12 @@
 namespace ptet {
 namespace {
 
-/// A record in the order in which a budget is spent. The key is its largest monotone error code over all governing
-/// fields and the domain: codes count the same fraction of their scale in each, so they compare.
+/// A record in the order in which a budget is spent: the last collapse is undone first, as far as order codes tell.
 ///
-/// Every prefix of the order is closed: monotone codes of a parent are no less, one by one, than those of its child,
-/// so its key is no less; and where the keys are equal the parent's generation is less.
+/// Every prefix of the order is closed: the order code of a parent is no less than that of its child, and where they
+/// are equal the parent's generation is less.
 struct Candidate {
-  ErrorCode16 key = 0;
+  OrderCode key = 0;
   std::uint32_t generation = 0;
   std::uint32_t record = 0;
 
@@ -22,10 +21,6 @@ struct Candidate {
     return std::tie(b.key, a.generation, a.record) < std::tie(a.key, b.generation, b.record);
   }
 };
-
-ErrorCode16 largest(const ErrorCode16* codes, std::size_t count) {
-  return *std::max_element(codes, codes + count);
-}
 
 class CutSearch {
 public:
@@ -164,7 +159,7 @@ private:
   struct Prefix {
     std::vector<Candidate> records;
     bool is_whole = true;
-    ErrorCode16 next_key = 0; ///< of the first candidate that does not fit
+    OrderCode next_key = 0; ///< of the first candidate that does not fit
   };
   /// What a mesh has, counted from the base.
   struct Size {
@@ -177,13 +172,13 @@ private:
   // Reads blocks in the order of their largest key until no unread one can hold a record that comes before the first
   // that does not fit.
   void spend_budget(const BlockSet& eligible) {
-    std::vector<std::pair<ErrorCode16, std::uint32_t>> by_key;
+    std::vector<std::pair<OrderCode, std::uint32_t>> by_key;
     for (std::uint32_t b = 0; b < blocks_.size(); ++b)
-      if (eligible[b] != 0) by_key.emplace_back(largest(blocks_[b].max_error.data(), codes_), b);
+      if (eligible[b] != 0) by_key.emplace_back(blocks_[b].max_order, b);
     std::sort(by_key.rbegin(), by_key.rend());
     const BlockSet focus_blocks = cut_.read;
     const std::vector<char> focus_records = cut_.applied;
-    const auto read_down_to = [&](ErrorCode16 key) {
+    const auto read_down_to = [&](OrderCode key) {
       cut_.read = focus_blocks;
       for (const auto& [block_key, b] : by_key)
         if (block_key >= key) cut_.read[b] = 1;
@@ -191,7 +186,7 @@ private:
     };
 
     std::uint64_t expected = expected_records();
-    ErrorCode16 reach = key_of_rank(by_key, expected);
+    OrderCode reach = key_of_rank(by_key, expected);
     while (true) {
       read_down_to(reach);
       const auto lock = hierarchy_.lock();
@@ -203,7 +198,7 @@ private:
           cut_.applied[candidate.record] = 1;
         stopped_by_budget_ = !prefix.is_whole;
         // What was read on the way is no matter: the answer is to be the same when more was in memory before.
-        const ErrorCode16 last_key = prefix.is_whole ? ErrorCode16{0} : prefix.next_key;
+        const OrderCode last_key = prefix.is_whole ? OrderCode{0} : prefix.next_key;
         cut_.read = focus_blocks;
         for (const auto& [block_key, b] : by_key)
           if (block_key >= last_key) cut_.read[b] = 1;
@@ -211,9 +206,8 @@ private:
         return;
       }
       expected *= 2;
-      reach = prefix.is_whole
-                  ? std::min<ErrorCode16>(key_of_rank(by_key, expected), static_cast<ErrorCode16>(reach - 1))
-                  : prefix.next_key;
+      reach = prefix.is_whole ? std::min<OrderCode>(key_of_rank(by_key, expected), static_cast<OrderCode>(reach - 1))
+                              : prefix.next_key;
     }
   }
 
@@ -228,7 +222,7 @@ private:
       expected = std::min(expected, above(*request_.max_tets, hierarchy_.header().base_tet_count) / kTetsPerVertex);
     return expected + 1;
   }
-  ErrorCode16 key_of_rank(const std::vector<std::pair<ErrorCode16, std::uint32_t>>& by_key, std::uint64_t rank) const {
+  OrderCode key_of_rank(const std::vector<std::pair<OrderCode, std::uint32_t>>& by_key, std::uint64_t rank) const {
     std::uint64_t records = 0;
     for (const auto& [key, b] : by_key)
       if ((records += blocks_[b].record_count) >= rank) return key;
@@ -241,7 +235,7 @@ private:
     for (std::size_t b = 0; b < blocks_.size(); ++b)
       if (content().block_loaded[b] != 0)
         for_each_record(blocks_[b], [&](std::uint32_t r) {
-          if (wanted(r)) found.push_back({largest(monotone(r), codes_), content().generation[r], r});
+          if (wanted(r)) found.push_back({content().order[r], content().generation[r], r});
         });
     return found;
   }
@@ -263,7 +257,7 @@ private:
     Size size;
     for (std::uint32_t r = 0; r < in_focus.size(); ++r)
       if (in_focus[r] != 0) size = with(size, r);
-    std::vector<Size> with_key(kMaxErrorCode + 1);
+    std::vector<Size> with_key(kMaxOrderCode + std::size_t{1});
     for (const Candidate& candidate : candidates)
       with_key[candidate.key] = with(with_key[candidate.key], candidate.record);
 

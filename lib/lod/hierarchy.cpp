@@ -66,16 +66,18 @@ void Hierarchy::load(const BlockSet& closed) {
   }
 }
 
-// Cuts rest on this: a threshold on monotone errors, and a prefix of the order by errors, hold every record's parents.
+// Cuts rest on this: a threshold on monotone errors, and a prefix of the order of collapses, hold every record's
+// parents.
 void Hierarchy::check_dependencies(const file::BlockInfo& block) const {
   const std::size_t codes = content_.errors_per_record;
   for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
     const ErrorCode16* const mine = content_.monotone.data() + r * codes;
-    bool holds = true;
+    bool holds = content_.order[r] <= block.max_order;
     for (std::size_t i = 0; i < codes; ++i)
       holds = holds && content_.own[r * codes + i] <= mine[i] && mine[i] <= block.max_error[i];
     for (const RecordId parent : content_.refinement.parents(RecordId{r})) {
-      holds = holds && content_.generation[parent.index()] < content_.generation[r];
+      holds = holds && content_.generation[parent.index()] < content_.generation[r] &&
+              content_.order[parent.index()] >= content_.order[r];
       for (std::size_t i = 0; i < codes; ++i)
         holds = holds && mine[i] <= content_.monotone[parent.index() * codes + i];
     }

@@ -124,6 +124,23 @@ struct Parts {
   }
 };
 
+/// The file with a change in a row of its table, under right hashes.
+Bytes with_row(const Bytes& bytes, std::size_t row, const std::function<void(file::BlockInfo&)>& change) {
+  Parts parts(bytes);
+  file::ByteReader header_reader(parts.header, "header", 0);
+  auto fixed = file::parse_header(header_reader);
+  file::ByteReader arrays(parts.of(file::SectionKind::kArrays), "arrays", 0);
+  static_cast<void>(file::parse_arrays(arrays, fixed));
+  file::ByteReader table(parts.of(file::SectionKind::kTable), "table", 0);
+  const std::size_t size = parts.of(file::SectionKind::kBlocks).size();
+  auto rows = file::parse_table(table, fixed, {0, 0, 0, size, size, 0});
+  change(rows.at(row).info);
+  file::ByteWriter out;
+  file::put_table(out, rows);
+  parts.of(file::SectionKind::kTable) = out.take();
+  return parts.join();
+}
+
 } // namespace
 
 TEST_CASE("a file cut short at any length is refused") {
@@ -202,24 +219,25 @@ TEST_CASE("sections are told apart: unknown ones may be skipped unless they are 
   CHECK(try_to_read(parts.join()) == Outcome::kRefused);
 }
 
+TEST_CASE("order codes that are out of range or not those of the table are refused") {
+  const Bytes bytes = sample_file(grid({{12, 12, 12}, {}, 2, 1}));
+  const auto with = [&](std::size_t row, const std::function<void(file::BlockInfo&)>& change) {
+    return try_to_read(with_row(bytes, row, change));
+  };
+  CHECK(with(0, [](file::BlockInfo&) {}) == Outcome::kRead);
+  // Codes are less than this by what the records say, and those of finer blocks are less than their parents'.
+  CHECK(with(0, [](file::BlockInfo& info) { info.max_order = 0; }) == Outcome::kRefused);
+  CHECK(with(0, [](file::BlockInfo& info) { info.max_order = kMaxOrderCode + 1; }) == Outcome::kRefused);
+  CHECK(with(2, [](file::BlockInfo& info) { info.max_order = kMaxOrderCode; }) == Outcome::kRefused);
+}
+
 TEST_CASE("sums of squared errors that are not those of the records are refused") {
   const Bytes bytes = sample_file(grid({{4, 4, 4}, {}, 2, 1}));
   const auto with = [&](const std::function<void(std::vector<double>&)>& change) {
-    Parts parts(bytes);
-    file::ByteReader header_reader(parts.header, "header", 0);
-    auto fixed = file::parse_header(header_reader);
-    file::ByteReader arrays(parts.of(file::SectionKind::kArrays), "arrays", 0);
-    static_cast<void>(file::parse_arrays(arrays, fixed));
-    file::ByteReader table(parts.of(file::SectionKind::kTable), "table", 0);
-    const std::size_t size = parts.of(file::SectionKind::kBlocks).size();
-    auto rows = file::parse_table(table, fixed, {0, 0, 0, size, size, 0});
-    REQUIRE(rows.at(0).info.squared_error.size() == 2);
-    change(rows[0].info.squared_error);
-    file::ByteWriter out;
-    file::put_table(out, rows);
-    parts.of(file::SectionKind::kTable) = out.take();
-    parts.mend_blocks();
-    return try_to_read(parts.join());
+    return try_to_read(with_row(bytes, 0, [&](file::BlockInfo& info) {
+      REQUIRE(info.squared_error.size() == 2);
+      change(info.squared_error);
+    }));
   };
   CHECK(with([](std::vector<double>&) {}) == Outcome::kRead);
   CHECK(with([](std::vector<double>& sums) { sums[1] *= 1 + 0x1p-50; }) == Outcome::kRead);

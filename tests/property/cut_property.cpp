@@ -2,6 +2,8 @@
 #include "formats/ptet/reader.hpp"
 #include "formats/ptet/writer.hpp"
 #include "ptet/dataset.hpp"
+#include "record/order_code.hpp"
+#include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
@@ -91,6 +93,10 @@ std::vector<char> applied_in(const Sample& sample, const Extraction& extraction)
   for (const VertexId v : sample.stream.removed)
     applied.push_back(is_there[v.index()]);
   return applied;
+}
+
+OrderCode order_code(const Sample& sample, std::size_t record) {
+  return encode_order(sample.mesh.vertex_count(), sample.mesh.vertex_count() - record);
 }
 
 /// The tets of an extraction in the numbering of the original mesh, sorted keeping their orientation.
@@ -230,6 +236,38 @@ void check_mesh(const Sample& sample, const Extraction& extraction) {
   CHECK(rows_are_the_original_ones);
 }
 
+// What the focus needs is there, nothing is that neither it nor the bounds ask for, and of the rest a budget takes the
+// records whose collapses were made last.
+void check_budget_order(const Sample& sample, const Request& request, const Extraction& extraction) {
+  Request focus, bounds;
+  focus.focus = request.focus;
+  focus.focus_error = request.focus_error;
+  bounds.field_error = request.field_error;
+  bounds.domain_error = request.domain_error;
+  const auto opened = sample.open();
+  const std::vector<char> wanted = applied_in(sample, opened->extract(bounds));
+  const std::vector<char> in_focus =
+      request.focus.empty() ? std::vector<char>(wanted.size(), 0) : applied_in(sample, opened->extract(focus));
+  const std::vector<char> applied = applied_in(sample, extraction);
+  std::size_t missing = 0, unasked = 0;
+  int least_taken = kMaxOrderCode + 1, most_left = -1;
+  for (std::size_t i = 0; i < applied.size(); ++i) {
+    if (in_focus[i] != 0) {
+      missing += applied[i] == 0 ? 1 : 0;
+    } else if (wanted[i] == 0) {
+      unasked += applied[i] != 0 ? 1 : 0;
+    } else if (applied[i] != 0) {
+      least_taken = std::min<int>(least_taken, order_code(sample, i));
+    } else {
+      most_left = std::max<int>(most_left, order_code(sample, i));
+    }
+  }
+  CHECK(missing == 0);
+  CHECK(unasked == 0);
+  CHECK(least_taken >= most_left);
+  if (extraction.limited_by != LimitedBy::kBudget) CHECK(most_left == -1);
+}
+
 void check_answer(const Sample& sample, const DatasetInfo& info, const Request& request, const Extraction& extraction) {
   const bool has_budget = request.max_tets || request.max_vertices;
   const bool passes_budget = (request.max_tets && extraction.mesh.tets.size() > *request.max_tets) ||
@@ -245,6 +283,7 @@ void check_answer(const Sample& sample, const DatasetInfo& info, const Request& 
       CHECK(extraction.mesh.tets == sample.open()->extract(least).mesh.tets);
   }
   if (extraction.limited_by == LimitedBy::kBudget) CHECK(has_budget);
+  if (has_budget) check_budget_order(sample, request, extraction);
   if (extraction.limited_by == LimitedBy::kNothing) CHECK(extraction.mesh.tets.size() == info.tets);
   REQUIRE(extraction.field_error.size() == 2);
   if (extraction.limited_by != LimitedBy::kBudget) {
@@ -446,7 +485,37 @@ TEST_CASE("a focus on a single point, where the domain has shrunk or grown too")
   }
 }
 
-TEST_CASE("a finer bound gives a finer mesh, and budgets take the worst first") {
+TEST_CASE("a budget of the size that the builder's mesh had gives that mesh") {
+  for (const auto* list : {&samples(), &samples_with_extras()}) {
+    for (const Sample& sample : *list) {
+      INFO(sample.name);
+      const auto dataset = sample.open();
+      const std::size_t records = sample.stream.size();
+      std::size_t compared = 0;
+      for (std::size_t done = 0; done <= records; ++done) {
+        if (done > 0 && done < records && order_code(sample, done) == order_code(sample, done - 1)) continue;
+        const std::vector<char> is_split = test::after_collapses(sample.stream, done);
+        const std::vector<Tet> there = test::cut_mesh(sample.stream, is_split).tets;
+        std::set<Tet> expected;
+        for (const Tet& tet : there)
+          expected.insert(test::sorted_keeping_orientation(tet));
+        Request by_vertices, by_tets;
+        by_vertices.max_vertices = sample.mesh.vertex_count() - done;
+        by_tets.max_tets = there.size();
+        for (const Request& request : {by_vertices, by_tets}) {
+          // Half of them from a file of which nothing was read before.
+          const Extraction extraction = (compared % 2 == 0 ? dataset : sample.open())->extract(request);
+          CHECK(in_original_ids(sample, extraction) == expected);
+          CHECK(applied_in(sample, extraction) == is_split);
+        }
+        ++compared;
+      }
+      CHECK(compared > 30);
+    }
+  }
+}
+
+TEST_CASE("a finer bound gives a finer mesh, and every number of vertices can be had") {
   for (const Sample& sample : samples()) {
     INFO(sample.name);
     const auto dataset = sample.open();

@@ -132,6 +132,19 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
   CHECK(far_above == 0);
 }
 
+/// Order codes by their definition, where rounding does not decide.
+void check_order(const RecordStream& records, const std::vector<RecordId>& in_file, std::size_t vertices,
+                 const file::Content& content) {
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (in_file[i].is_none()) continue;
+    const double octaves = std::log2(static_cast<double>(vertices) / static_cast<double>(vertices - i));
+    const int code = content.order[in_file[i].index()];
+    different += code < 32 * octaves - 1e-9 || code >= 32 * octaves + 1 + 1e-9 ? 1 : 0;
+  }
+  CHECK(different == 0);
+}
+
 } // namespace
 
 TetMesh present_mesh(const file::Content& content) {
@@ -189,6 +202,7 @@ void check_round_trip(const TetMesh& mesh, const RecordStream& records) {
   const std::vector<RecordId> in_file = match_records(mesh, records, header, content);
   check_parents(records, in_file, content);
   check_errors(records, in_file, header, content);
+  check_order(records, in_file, mesh.vertex_count(), content);
 }
 
 void check_same_records(const file::Reader& reader, const file::Content& all, const file::Content& some) {
@@ -201,7 +215,7 @@ void check_same_records(const file::Reader& reader, const file::Content& all, co
     if (!some.refinement.applied(r)) continue;
     bool same = some.refinement.target(r) == all.refinement.target(r) &&
                 some.refinement.fine_count(r) == all.refinement.fine_count(r) &&
-                some.generation[i] == all.generation[i];
+                some.generation[i] == all.generation[i] && some.order[i] == all.order[i];
     for (std::uint32_t k = 0; same && k < all.refinement.fine_count(r); ++k) {
       same = all.refinement.vertices(VersionId{all.refinement.first_fine(r).index() + k}) ==
              some.refinement.vertices(VersionId{some.refinement.first_fine(r).index() + k});

@@ -60,24 +60,28 @@ int orientation_of(const file::Content& content, const Tet& tet) {
                      position(content, tet[3]));
 }
 
-/// The errors that a cut relies on: a record's monotone error is at least its own, and at most its parents', so that
-/// a threshold alone is a closed cut; a block's is the largest of its records'.
+/// The errors and order codes that a cut relies on: a record's monotone error is at least its own, and at most its
+/// parents', as its order code is, so that a threshold alone is a closed cut; a block's is the largest of its records'.
 void check_errors(const file::Reader& reader, const file::Content& content, Findings& findings) {
   Tally below_own("records whose monotone error is below their own");
   Tally above_parent("records whose monotone error is above a parent's");
+  Tally order_above_parent("records whose order code is above a parent's");
   Tally not_after_parent("records whose generation is not after a parent's");
   Tally wrong_maximum("blocks whose largest error is not that of their records");
+  Tally wrong_order("blocks whose largest order code is not that of their records");
   Tally unknown_need("blocks that hold a record with a parent in a block they do not name");
   const std::size_t columns = content.errors_per_record;
   const auto& blocks = reader.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     const file::BlockInfo& block = blocks[b];
     std::vector<ErrorCode16> largest(columns, 0);
+    OrderCode largest_order = 0;
     bool needs_named = true;
     for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
       const ErrorCode16* const own = content.own.data() + r * columns;
       const ErrorCode16* const monotone = content.monotone.data() + r * columns;
-      bool own_ok = true, parents_ok = true, order_ok = true;
+      bool own_ok = true, parents_ok = true, collapses_ok = true, order_ok = true;
+      largest_order = std::max(largest_order, content.order[r]);
       for (std::size_t c = 0; c < columns; ++c) {
         own_ok = own_ok && monotone[c] >= own[c];
         largest[c] = std::max(largest[c], monotone[c]);
@@ -86,18 +90,22 @@ void check_errors(const file::Reader& reader, const file::Content& content, Find
         const ErrorCode16* const above = content.monotone.data() + parent.index() * columns;
         for (std::size_t c = 0; c < columns; ++c)
           parents_ok = parents_ok && above[c] >= monotone[c];
+        collapses_ok = collapses_ok && content.order[parent.index()] >= content.order[r];
         order_ok = order_ok && content.generation[parent.index()] < content.generation[r];
         const std::uint32_t home = block_of(blocks, parent);
         needs_named = needs_named && (home == b || std::binary_search(block.needs.begin(), block.needs.end(), home));
       }
       if (!own_ok) below_own.add(r);
       if (!parents_ok) above_parent.add(r);
+      if (!collapses_ok) order_above_parent.add(r);
       if (!order_ok) not_after_parent.add(r);
     }
     if (block.max_error != largest) wrong_maximum.add(b);
+    if (block.max_order != largest_order) wrong_order.add(b);
     if (!needs_named) unknown_need.add(b);
   }
-  for (const Tally* tally : {&below_own, &above_parent, &not_after_parent, &wrong_maximum, &unknown_need}) {
+  for (const Tally* tally : {&below_own, &above_parent, &order_above_parent, &not_after_parent, &wrong_maximum,
+                             &wrong_order, &unknown_need}) {
     tally->report(findings);
   }
 }
@@ -282,8 +290,8 @@ constexpr const char* kExamples = R"(Examples:
   ptet verify fire.ptet
   ptet verify fire.ptet --original fire.vtu
 
-Reads everything: hashes, table, all records. Checks that the records fit together, that errors never fall short of
-those of finer records, and, exactly, that no tet of any level is inverted. With --original: that full refinement gives
+Reads everything: hashes, table, all records. Checks that the records fit together, that errors and order
+codes never fall short of those of finer records, and, exactly, that no tet of any level is inverted. With --original: that full refinement gives
 the same vertices, positions and values bit for bit, and the same tets; their order may differ, and inverted tets of the
 original are turned. Exit code 4 when anything is wrong.
 )";

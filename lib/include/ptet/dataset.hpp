@@ -35,8 +35,9 @@ struct Request {
   /// Bounds on field errors over the whole domain; a bound with an empty name is for every governing field.
   std::vector<FieldBound> field_error;
   std::optional<Bound> domain_error;
-  /// Budgets: the smallest error that fits, by refining the worst record first. The base mesh and what the focus
-  /// needs are there in any case, even where they pass a budget.
+  /// Budgets: the mesh that the builder had at that size (to within 2.2% of its vertices), the smallest error in the
+  /// sense of the file's objective; with error bounds, of what they ask for the collapses made last. The base mesh and
+  /// what the focus needs are there in any case, even where they pass a budget.
   std::optional<std::uint64_t> max_tets;
   std::optional<std::uint64_t> max_vertices;
   /// Inside these regions the error is `focus_error` (0: every tet that meets the region is an original one).

@@ -1,0 +1,23 @@
+// Order codes: how coarse the mesh was when a collapse was made.
+//
+//   code   32 log2(vertices of the original / vertices that were left before the collapse), rounded up
+//
+//   original ----------- collapses ---------> base
+//   0 .. 32 .. 64 .. 96 ...                               half the vertices, a quarter, an eighth, ...
+//
+// They grow along the sequence of collapses, so a record's code is at least that of every record that depends on it: a
+// threshold on order codes is a closed cut, and the mesh that the builder had at that size.
+#pragma once
+
+#include <cstdint>
+
+namespace ptet {
+
+using OrderCode = std::uint16_t;
+inline constexpr OrderCode kMaxOrderCode = 767;
+
+/// 1 <= `left` <= `original`. Saturates at kMaxOrderCode, which stands for 2^23.97 times fewer vertices. The same on
+/// every machine.
+[[nodiscard]] OrderCode encode_order(std::uint64_t original, std::uint64_t left);
+
+} // namespace ptet
