@@ -105,9 +105,9 @@ std::vector<std::uint32_t> by_error(const RecordStream& records, const std::vect
   return order;
 }
 
-/// Records by their rank in that order or from the last collapse to the first, whichever is less. So a cut by error and
-/// one by budget of n records both find them among the first 2n. With a record's come its parents' places, which are
-/// before it in both orders.
+/// Records by their rank in that order or from the last collapse to the first, whichever is less: a cut by error and
+/// one by budget, of n records, both find theirs among the first 2n. A record's parents are before it in either order,
+/// so here, too.
 std::vector<std::uint32_t> coarse_to_fine(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
                                           const std::vector<std::uint32_t>& generation) {
   std::vector<std::uint32_t> order = by_error(records, consumers, generation);
