@@ -31,7 +31,11 @@ std::vector<std::pair<std::string, std::string>> describe(const BuildOptions& op
   described.emplace_back("max-domain-error", text_of(options.max_domain_error));
   described.emplace_back("target-vertices", text_of(options.target_vertices));
   described.emplace_back("min-quality", text_of(options.min_quality));
-  described.emplace_back("evaluate", options.evaluation == Evaluation::kExact ? "exact" : "vertices");
+  described.emplace_back("predict", name_of(options.prediction));
+  described.emplace_back("evaluate", name_of(options.evaluation));
+  // Other predictions do not ask for it.
+  if (options.prediction == Prediction::kSimulate || options.prediction == Prediction::kExact)
+    described.emplace_back("objective", name_of(options.objective));
   described.emplace_back("max-star", std::to_string(options.max_star));
   described.emplace_back("round-fraction", text_of(options.round_fraction));
   return described;

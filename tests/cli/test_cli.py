@@ -20,9 +20,15 @@ PTET = None
 DATA = pathlib.Path(os.environ.get("PTET_DATA") or
                     pathlib.Path(__file__).resolve().parents[3] / "shared" / "data")
 
+METHODS = {  # predict, evaluate
+    "exact": ("exact", "exact"), "LN": ("local", "none"), "GN": ("gradient", "none"), "QN": ("quadric", "none"),
+    "BF": ("simulate", "vertices"), "BFS": ("simulate", "samples"), "staadt-gross": ("weighted-sum", "none"),
+    "trotts": ("per-tet", "none"),
+}
 COMMANDS = {
     "build": ["--output", "--field", "--max-field-error", "--max-domain-error", "--target-vertices", "--min-quality",
-              "--max-star", "--threads", "--force", "--json", "--quiet"],
+              "--method", "--objective", "--predict", "--evaluate", "--max-star", "--threads", "--force", "--json",
+              "--quiet"],
     "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--focus", "--focus-error",
                 "--errors", "--json"],
     "info": ["--levels", "--json"],
@@ -446,6 +452,84 @@ class Reports(Case):
         self.assertIn("missing", wrong(points, [*tets[:-1], [0, 1, 30, 120]], meshes.wave(points)))
         moved = [*points[:-1], (1.0, 1.0, 1.0 + 2 ** -52)]
         self.assertIn("vertex", wrong(moved, tets, meshes.wave(points)))
+
+
+class Methods(Case):
+    def built(self, *arguments):
+        """The report of a build of the grid; the file's own word on how it was built must be the same."""
+        report = self.json("build", "grid.vtu", *arguments)
+        self.ptet("verify", "grid.ptet", "--original", "grid.vtu")
+        options = self.json("info", "grid.ptet")["manifest"]["options"]
+        self.assertEqual((options["predict"], options["evaluate"], options.get("objective")),
+                         (report["predict"], report["evaluate"], report["objective"]))
+        return report
+
+    def test_all_by_name(self):
+        self.grid(5)
+        built = set()
+        for method, ways in METHODS.items():
+            with self.subTest(method):
+                report = self.built("--method", method)
+                self.assertEqual((report["method"], report["predict"], report["evaluate"]), (method, *ways))
+                simulates = ways[0] in ("exact", "simulate")
+                self.assertEqual(report["objective"], "both" if simulates else None)
+                self.assertEqual(report["simulations"] > 0, simulates)
+                self.assertEqual(report["exact_evaluations"] > 0, method == "exact")
+                self.assertGreater(report["records"], 100)
+                self.assertIn(f"{method}: predict {ways[0]}, evaluate {ways[1]}",
+                              self.ptet("build", "grid.vtu", "--method", method).stdout)
+                built.add((self.folder / "grid.ptet").read_bytes())
+        self.assertEqual(len(built), len(METHODS))
+
+    def test_exact_is_the_default(self):
+        self.grid(4)
+        self.assertEqual(self.built()["method"], "exact")
+        default = (self.folder / "grid.ptet").read_bytes()
+        for arguments in [["--method", "exact"], ["--predict", "exact"], ["--evaluate", "exact"],
+                          ["--objective", "both"]]:
+            self.built(*arguments)
+            self.assertEqual((self.folder / "grid.ptet").read_bytes(), default)
+
+    def test_objectives(self):
+        self.grid(6)
+        for method in ["exact", "BF"]:
+            reports = {objective: self.built("--method", method, "--objective", objective)
+                       for objective in ["max", "rms", "both"]}
+            for objective, report in reports.items():
+                self.assertEqual(report["objective"], objective)
+            self.assertNotEqual(reports["max"]["field_error"], reports["rms"]["field_error"])
+
+    def test_the_two_axes(self):
+        self.grid(4)
+        for predict in ["local", "gradient", "quadric", "simulate", "weighted-sum", "per-tet"]:
+            report = self.built("--predict", predict)
+            self.assertEqual((report["predict"], report["evaluate"], report["method"]), (predict, "exact", None))
+        # An evaluation by itself goes with quadrics, for ours measures everywhere.
+        for evaluate in ["none", "vertices", "samples"]:
+            report = self.built("--evaluate", evaluate)
+            self.assertEqual((report["predict"], report["evaluate"]), ("quadric", evaluate))
+            self.assertEqual(report["method"], "QN" if evaluate == "none" else None)
+        report = self.built("--method", "BF", "--evaluate", "samples")
+        self.assertEqual(report["method"], "BFS")
+        report = self.built("--method", "LN", "--evaluate", "exact")
+        self.assertEqual((report["predict"], report["evaluate"]), ("local", "exact"))
+
+    def test_what_is_refused(self):
+        self.grid(2)
+        names = {"--method": METHODS, "--objective": ["max", "rms", "both"],
+                 "--predict": [predict for predict, _ in METHODS.values()],
+                 "--evaluate": ["exact", "samples", "vertices", "none"]}
+        for option, known in names.items():
+            for wrong in ["", "nope", "EXACT", "ex"]:
+                with self.subTest(option=option, wrong=wrong):
+                    self.refused(2, "build", "grid.vtu", option, wrong,
+                                 says=[option, f"'{wrong}'", *(f"'{name}'" for name in known)])
+        for evaluate in ["none", "vertices", "samples"]:
+            for chosen in ["--method", "--predict"]:
+                self.refused(2, "build", "grid.vtu", chosen, "exact", "--evaluate", evaluate,
+                             says=["--evaluate exact", "--predict"])
+        self.refused(2, "build", "grid.vtu", "--method", "BF", "--predict", "exact", says="--evaluate exact")
+        self.assertEqual(self.files(), ["grid.vtu"])
 
 
 class Measure(Case):

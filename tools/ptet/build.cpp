@@ -60,33 +60,24 @@ constexpr std::array<Method, 8> kMethods{{
     {"staadt-gross", Prediction::kWeightedSum, Evaluation::kNone},
     {"trotts", Prediction::kPerTet, Evaluation::kNone},
 }};
-constexpr std::array<std::pair<const char*, Prediction>, 7> kPredictions{{
-    {"exact", Prediction::kExact},
-    {"local", Prediction::kLocal},
-    {"gradient", Prediction::kGradient},
-    {"quadric", Prediction::kQuadric},
-    {"simulate", Prediction::kSimulate},
-    {"weighted-sum", Prediction::kWeightedSum},
-    {"per-tet", Prediction::kPerTet},
-}};
-constexpr std::array<std::pair<const char*, Evaluation>, 4> kEvaluations{{
-    {"exact", Evaluation::kExact},
-    {"none", Evaluation::kNone},
-    {"vertices", Evaluation::kVertices},
-    {"samples", Evaluation::kSamples},
-}};
-constexpr std::array<std::pair<const char*, Objective>, 3> kObjectives{{
-    {"both", Objective::kBoth},
-    {"max", Objective::kMaximum},
-    {"rms", Objective::kRootMeanSquare},
-}};
+constexpr std::array kPredictions = {
+    Prediction::kExact,    Prediction::kLocal,       Prediction::kGradient, Prediction::kQuadric,
+    Prediction::kSimulate, Prediction::kWeightedSum, Prediction::kPerTet,
+};
+constexpr std::array kEvaluations = {
+    Evaluation::kExact,
+    Evaluation::kNone,
+    Evaluation::kVertices,
+    Evaluation::kSamples,
+};
+constexpr std::array kObjectives = {
+    Objective::kBoth,
+    Objective::kMaximum,
+    Objective::kRootMeanSquare,
+};
 
-const char* name_of_entry(const Method& method) {
+std::string_view name_of(const Method& method) {
   return method.name;
-}
-template <class Value>
-const char* name_of_entry(const std::pair<const char*, Value>& entry) {
-  return entry.first;
 }
 
 /// The entry of a table whose name was given.
@@ -94,7 +85,7 @@ template <class Table>
 const auto& chosen(const char* option, const std::string& name, const Table& table) {
   std::vector<std::string> names;
   for (const auto& entry : table) {
-    const char* const known = name_of_entry(entry);
+    const std::string_view known = name_of(entry);
     if (name == known) return entry;
     names.emplace_back(known);
   }
@@ -107,9 +98,9 @@ void choose_method(const Arguments& arguments, BuildOptions& options) {
     options.prediction = method.prediction;
     options.evaluation = method.evaluation;
   }
-  if (arguments.predict) options.prediction = chosen("--predict", *arguments.predict, kPredictions).second;
-  if (arguments.evaluate) options.evaluation = chosen("--evaluate", *arguments.evaluate, kEvaluations).second;
-  if (arguments.objective) options.objective = chosen("--objective", *arguments.objective, kObjectives).second;
+  if (arguments.predict) options.prediction = chosen("--predict", *arguments.predict, kPredictions);
+  if (arguments.evaluate) options.evaluation = chosen("--evaluate", *arguments.evaluate, kEvaluations);
+  if (arguments.objective) options.objective = chosen("--objective", *arguments.objective, kObjectives);
   if (options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact) return;
   if (arguments.predict || arguments.method)
     throw Error(ErrorCode::kBadArgument, "the collapses of method exact are ordered by errors measured everywhere: it "
@@ -180,6 +171,7 @@ std::string output_of(const Arguments& arguments) {
 /// Everything there is to say after a build.
 struct Outcome {
   std::string input, output;
+  BuildOptions options;
   std::uint64_t input_bytes = 0;
   ReadReport read;
   BuildReport build;
@@ -188,6 +180,17 @@ struct Outcome {
 
 double collapses_per_second(const BuildReport& report) {
   return report.collapse_seconds > 0 ? static_cast<double>(report.records) / report.collapse_seconds : 0;
+}
+
+bool simulates(const BuildOptions& options) {
+  return options.prediction == Prediction::kSimulate || options.prediction == Prediction::kExact;
+}
+
+/// The paper's name or ours; nothing for a mixture of one's own.
+const char* method_of(const BuildOptions& options) {
+  for (const Method& method : kMethods)
+    if (method.prediction == options.prediction && method.evaluation == options.evaluation) return method.name;
+  return nullptr;
 }
 
 double per(std::uint64_t part, std::uint64_t whole) {
@@ -219,6 +222,12 @@ void print_json(const Outcome& outcome) {
                    {"vertices", build.input_vertices},
                    {"tets", build.input_tets}};
   json["output"] = outcome.output;
+  const BuildOptions& options = outcome.options;
+  const char* const method = method_of(options);
+  json["method"] = method != nullptr ? Json(method) : Json();
+  json["predict"] = name_of(options.prediction);
+  json["evaluate"] = name_of(options.evaluation);
+  json["objective"] = simulates(options) ? Json(name_of(options.objective)) : Json();
   json["notes"] = notes;
   json["base"] = {{"vertices", build.base_vertices}, {"tets", build.base_tets}};
   json["records"] = build.records;
@@ -229,6 +238,8 @@ void print_json(const Outcome& outcome) {
   json["cut_dependencies"] = build.cut_dependencies;
   json["stopped_by"] = build.stopped_by;
   json["collapses"] = collapses;
+  json["simulations"] = build.simulations;
+  json["exact_evaluations"] = build.exact_evaluations;
   json["field_error"] = field_error;
   json["domain_error"] = build.domain_error;
   json["file_bytes"] = build.file_bytes;
@@ -247,6 +258,12 @@ void print_text(const Outcome& outcome) {
   out << "built " << outcome.output << " from " << outcome.input << " in " << brief(build.total_seconds, 3) << " s\n";
   out << "  input     " << outcome.read.format << ", " << counted(build.input_vertices, "vertex") << ", "
       << counted(build.input_tets, "tet") << ", " << counted(outcome.input_bytes, "byte") << '\n';
+  const BuildOptions& options = outcome.options;
+  const char* const method = method_of(options);
+  out << "  method    " << (method != nullptr ? std::string(method) + ": " : "") << "predict "
+      << name_of(options.prediction) << ", evaluate " << name_of(options.evaluation);
+  if (simulates(options)) out << ", objective " << name_of(options.objective);
+  out << '\n';
   for (const std::string& note : outcome.read.notes)
     out << "  note      " << note << '\n';
   for (const std::string& note : build.notes)
@@ -303,6 +320,7 @@ void run(const Arguments& arguments) {
   stop_if_interrupted();
   outcome.build = build_file(std::move(mesh), outcome.output, options,
                              std::filesystem::path(arguments.input).filename().string(), hash, progress.callback());
+  outcome.options = std::move(options);
   outcome.build.total_seconds = seconds_since(begin); // reading included: it is what the user waited for
   outcome.info = Dataset::open(outcome.output)->info();
   progress.erase();

@@ -59,6 +59,11 @@ enum class Objective {
   kBoth,           ///< the growing square over both
 };
 
+/// As in options and reports: "quadric", "vertices", "max".
+[[nodiscard]] std::string_view name_of(Prediction prediction);
+[[nodiscard]] std::string_view name_of(Evaluation evaluation);
+[[nodiscard]] std::string_view name_of(Objective objective);
+
 struct BuildOptions {
   /// Names of the point arrays whose errors are measured, recorded and kept small; empty: every floating-point array,
   /// and if there is none every array. The other arrays are carried along, bit for bit.
