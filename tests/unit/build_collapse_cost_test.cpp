@@ -1,0 +1,39 @@
+// The growing square over measured errors, by hand.
+#include "build/collapse_cost.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+using build::CollapseCost;
+
+TEST_CASE("collapse cost: the greatest of the weighted maxima counts", "[build][cost]") {
+  const CollapseCost cost(Objective::kMaximum, {2, 0.5});
+  CHECK(cost.of_maximum(std::vector<double>{0.1, 0.3}) == 0.2);
+  CHECK(cost.of_maximum(std::vector<double>{0.1, 0.8}) == 0.4);
+  CHECK(cost.of_maximum(std::vector<double>{0, 0}) == 0);
+  CHECK(cost.of_mean(std::vector<double>{0.25, 4}) == 0);
+}
+
+TEST_CASE("collapse cost: the root of the mean square's growth is an error, and what falls costs nothing",
+          "[build][cost]") {
+  const CollapseCost cost(Objective::kRootMeanSquare, {2, 0.5});
+  CHECK(cost.of_mean(std::vector<double>{0.25, 0}) == 1);
+  CHECK(cost.of_mean(std::vector<double>{0.25, 16}) == 2);
+  CHECK(cost.of_mean(std::vector<double>{-9, 0}) == 0);
+  CHECK(cost.of_mean(std::vector<double>{-9, 4}) == 1);
+  CHECK(cost.of_maximum(std::vector<double>{0.1, 0.3}) == 0);
+}
+
+TEST_CASE("collapse cost: both axes grow with either kind of error", "[build][cost]") {
+  const CollapseCost cost(Objective::kBoth, {3});
+  CHECK(cost.of_maximum(std::vector<double>{0.5}) == 1.5);
+  const double once = cost.of_mean(std::vector<double>{0.25});
+  CHECK(once > 0);
+  CHECK(cost.of_mean(std::vector<double>{1}) == Approx(2 * once));
+}
+
+TEST_CASE("collapse cost: without fields there is none", "[build][cost]") {
+  const CollapseCost cost(Objective::kBoth, {});
+  CHECK(cost.of_maximum({}) == 0);
+  CHECK(cost.of_mean({}) == 0);
+}
