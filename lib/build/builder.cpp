@@ -242,6 +242,7 @@ private:
       if (stream_.size() != before) {
         swept = false;
         ++report_.rounds;
+        report_.walk.push_back({vertices_left(), candidates_->round_cost()});
       }
       tell_progress();
     }
@@ -271,6 +272,10 @@ private:
     if (frozen != 0)
       reasons += (reasons.empty() ? "" : ", ") + std::string("frozen vertices ") + std::to_string(frozen);
     return "no candidate left (" + (reasons.empty() ? "no edge may be collapsed" : "refused: " + reasons) + ")";
+  }
+
+  [[nodiscard]] std::uint64_t vertices_left() const {
+    return alive_count_ + prepared_.mesh.vertex_count() - prepared_.used_vertex_count;
   }
 
   void tell_progress() {
@@ -473,7 +478,7 @@ private:
 
   void finish_report() {
     report_.records = stream_.size();
-    report_.base_vertices = alive_count_ + prepared_.mesh.vertex_count() - prepared_.used_vertex_count;
+    report_.base_vertices = vertices_left();
     std::uint64_t deleted_tets = 0;
     for (std::size_t r = 0; r < stream_.size(); ++r) {
       const auto consumed = stream_.consumed(r).subspan(stream_.modified_count[r]);
@@ -492,6 +497,23 @@ private:
     }
     for (const double error : stream_.domain_error)
       report_.domain_error = std::max(report_.domain_error, error);
+    finish_walk();
+  }
+
+  /// The errors so far at the end of each round; certified ones are known only now.
+  void finish_walk() {
+    const std::size_t k = fields_.field_count();
+    RoundReport so_far;
+    std::size_t r = 0;
+    for (RoundReport& step : report_.walk) {
+      for (; r < prepared_.mesh.vertex_count() - step.vertices; ++r) {
+        for (std::size_t f = 0; f < k; ++f)
+          so_far.field_error = std::max(so_far.field_error, stream_.field_error[r * k + f] / fields_.fields()[f].range);
+        so_far.domain_error = std::max(so_far.domain_error, stream_.domain_error[r] / diagonal_);
+      }
+      step.field_error = so_far.field_error;
+      step.domain_error = so_far.domain_error;
+    }
   }
 
   const PreparedMesh& prepared_;

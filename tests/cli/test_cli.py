@@ -346,6 +346,16 @@ class Reports(Case):
             self.assertLessEqual(report["base"]["vertices"], 145)
         for key in ["rounds", "depth", "domain_error", "bytes_per_vertex", "seconds", "collapses_per_second", "notes"]:
             self.assertIn(key, report)
+        walk = report["walk"]
+        self.assertEqual((len(walk), walk[-1]["vertices"]), (report["rounds"], report["base"]["vertices"]))
+        info = self.json("info", "grid.ptet")
+        shares = [report["field_error"][field["name"]] / field["range"] for field in info["fields"]]
+        self.assertAlmostEqual(walk[-1]["field_error"], max(shares))
+        self.assertAlmostEqual(walk[-1]["domain_error"], report["domain_error"] / info["diagonal"])
+        for step, after in zip(walk, walk[1:]):
+            self.assertGreater(step["vertices"], after["vertices"])
+            for error in ["field_error", "domain_error"]:
+                self.assertLessEqual(step[error], after[error])
 
     def test_a_whole_percentage_is_not_a_count(self):
         self.grid(4)

@@ -215,6 +215,13 @@ void print_json(const Outcome& outcome) {
   std::vector<std::string> notes = outcome.read.notes;
   notes.insert(notes.end(), build.notes.begin(), build.notes.end());
 
+  Json walk = Json::array();
+  for (const RoundReport& step : build.walk)
+    walk.push_back({{"vertices", step.vertices},
+                    {"cost", step.cost},
+                    {"field_error", step.field_error},
+                    {"domain_error", step.domain_error}});
+
   Json json;
   json["input"] = {{"path", outcome.input},
                    {"format", outcome.read.format},
@@ -242,6 +249,7 @@ void print_json(const Outcome& outcome) {
   json["exact_evaluations"] = build.exact_evaluations;
   json["field_error"] = field_error;
   json["domain_error"] = build.domain_error;
+  json["walk"] = walk;
   json["file_bytes"] = build.file_bytes;
   json["bytes_per_vertex"] = per(build.file_bytes, build.input_vertices);
   json["ratio_to_input"] = per(build.file_bytes, outcome.input_bytes);

@@ -89,6 +89,14 @@ struct BuildOptions {
   unsigned threads = 0;
 };
 
+/// How far a build had come at the end of a round: a point of its walk in error space (Cignoni et al. 2000, 4.3).
+struct RoundReport {
+  std::uint64_t vertices = 0; ///< that are left
+  double cost = 0;            ///< the most that a collapse of this round might cost
+  double field_error = 0;     ///< largest recorded so far, of any field, as a fraction of its range
+  double domain_error = 0;    ///< largest recorded so far, as a fraction of the diagonal
+};
+
 struct BuildReport {
   std::uint64_t input_vertices = 0;
   std::uint64_t input_tets = 0;
@@ -105,6 +113,7 @@ struct BuildReport {
   std::uint64_t exact_evaluations = 0; ///< half-edges whose exact errors were measured before they were taken
   std::vector<std::pair<std::string, double>> field_error; ///< largest recorded, by field, absolute
   double domain_error = 0;                                 ///< largest recorded, mesh units
+  std::vector<RoundReport> walk;                           ///< one for each of `rounds`
   std::vector<std::string> notes;                          ///< what was found in the input and done about it
   std::uint64_t cut_dependencies = 0; ///< between records, added so that the boundary of no cut crosses itself
   std::uint64_t file_bytes = 0;
