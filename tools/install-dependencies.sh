@@ -25,7 +25,7 @@ packages=(
   xvfb xauth         # pictures on a machine without a display
 )
 test_packages=(clang-format clang-tidy shellcheck git python3-meshio)
-bench_packages=(libbenchmark-dev)
+bench_packages=(libbenchmark-dev python3-matplotlib)
 
 list_only=no
 for argument in "$@"; do
