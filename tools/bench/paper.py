@@ -27,9 +27,10 @@ WITH_OBJECTIVE = {"exact", "BF", "BFS"}
 EVALUATED_EXACTLY = {"exact"}
 OBJECTIVES = ["both", "max", "rms"]
 PEER = "VTK"
-COARSEST = "0.5%"  # of the vertices: where builds stop
+COARSEST = "0.5%"   # of the vertices: where builds stop
 GROUPS_A_LINE = 3
-NEARLY = 1.01      # a cut with more tets than this times what was asked for is not compared
+NO_DISTANCE = 1e-6  # % of the diagonal: bounds of a distance that may be 0 go no lower than a tenth of it
+NEARLY = 1.01       # a cut with more tets than this times what was asked for is not compared
 
 COLUMNS = ["mesh", "field", "percent", "method", "asked_tets", "tets", "tets_percent", "vertices", "vertices_percent",
            "max_percent", "rms_percent", "outside_max_percent", "hausdorff_percent", "hausdorff_lower_percent", "valid",
@@ -67,6 +68,15 @@ def ratio(part, whole):
 def percent(part, whole):
     share = ratio(part, whole)
     return None if share is None else 100 * share
+
+
+def distance_of(row):
+    """The upper bound, or 0 where that is all it can tell."""
+    bound = row["hausdorff_percent"]
+    return 0 if bound is not None and bound < NO_DISTANCE else bound
+
+
+VALUES = [lambda row: row["max_percent"], lambda row: row["rms_percent"], distance_of]
 
 
 class Mesh:
@@ -180,7 +190,7 @@ class Paper:
                 row["stated_rms_percent"] = percent(stated["rms_error"][mesh.field], field_range)
             row["stated_to_measured_max"] = ratio(row["stated_max_percent"], row["max_percent"])
             row["stated_to_measured_rms"] = ratio(row["stated_rms_percent"], row["rms_percent"])
-            row["stated_to_measured_hausdorff"] = ratio(row["stated_domain_percent"], row["hausdorff_percent"])
+            row["stated_to_measured_hausdorff"] = ratio(row["stated_domain_percent"], distance_of(row))
 
     def write(self):
         out = pathlib.Path(self.options.out)
@@ -260,15 +270,15 @@ class Table:
         if with_time and row["seconds"] >= 10:
             seconds = f"{row['seconds']:.0f}"
         return (f"{figure(row['vertices_percent']):>5} {figure(row['max_percent']):>6} "
-                f"{figure(row['rms_percent']):>6} {figure(row['hausdorff_percent']):>5}{mark:<2} {seconds:>4}")
+                f"{figure(row['rms_percent']):>6} {figure(distance_of(row)):>5}{mark:<2} {seconds:>4}")
 
-    def compared(self, label, key):
+    def compared(self, label, value):
         """Ratios to VTK, where both have figures at equal tet counts."""
         ratios = []
         for row in self.paper.rows:
             peer = self.at[row["mesh"], row["percent"], PEER]
-            if row["method"] == label and not row["note"] and row[key] and peer[key]:
-                ratios.append(row[key] / peer[key])
+            if row["method"] == label and not row["note"] and value(row) and value(peer):
+                ratios.append(value(row) / value(peer))
         return ratios
 
     def stated(self):
@@ -290,11 +300,11 @@ class Table:
         for label in self.paper.labels:
             rows = [row for row in self.paper.rows if row["method"] == label and row["max_percent"] is not None]
             cells = f"{label:<14}"
-            for key in ("max_percent", "rms_percent", "hausdorff_percent"):
-                ratios = self.compared(label, key)
+            for value in VALUES:
+                ratios = self.compared(label, value)
                 mean = math.exp(sum(map(math.log, ratios)) / len(ratios)) if ratios else None
                 cells += f"{figure(mean):>8}"
-            count = len(self.compared(label, "max_percent"))
+            count = len(self.compared(label, VALUES[0]))
             self.lines.append(cells + f"{count:>5}{sum(bool(row['valid']) for row in rows):>4} of {len(rows)}")
 
 
@@ -303,9 +313,12 @@ MARKERS = "osD^vP*Xhd"
 
 
 def plot_errors(path, mesh, paper):
+    panels = [("max_percent", "exact maximum"), ("rms_percent", "RMS")]
+    if not all(any(row[key] for row in paper.rows if row["mesh"] == mesh.name) for key, _ in panels):
+        return  # nothing came out, or no error: nothing to draw on a logarithmic scale
     plt = pyplot()
-    drawing, panels = plt.subplots(1, 2, figsize=(9.6, 4.2), layout="constrained")
-    for panel, key, title in [(panels[0], "max_percent", "exact maximum"), (panels[1], "rms_percent", "RMS")]:
+    drawing, axes = plt.subplots(1, 2, figsize=(9.6, 4.2), layout="constrained")
+    for panel, (key, title) in zip(axes, panels):
         for number, label in enumerate(paper.labels):
             rows = [row for row in paper.rows if row["mesh"] == mesh.name and row["method"] == label and row[key]]
             if not rows:
@@ -324,7 +337,7 @@ def plot_errors(path, mesh, paper):
         ticks = sorted({round(mesh.tets * share / 100) for share in paper.options.fractions})
         panel.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
         panel.xaxis.set_minor_locator(plt.NullLocator())
-    panels[1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
+    axes[1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
     drawing.suptitle(f"{mesh.name}, {mesh.field}: field error at equal tet counts", fontsize=11)
     drawing.savefig(path, dpi=100)
     plt.close(drawing)
@@ -342,7 +355,7 @@ def plot_walk(path, mesh, label, build):
     seen = [x for x in domain + field if x > 0]
     if not seen:
         return
-    low = 10 ** math.floor(math.log10(max(min(x for x in field if x > 0), max(seen) / 1e4)))
+    low = 10 ** math.floor(math.log10(max(min(seen), max(seen) / 1000)))
     high = 1.6 * max(seen)
     drawing, panel = plt.subplots(figsize=(6.2, 5.2), layout="constrained")
     panel.plot([max(x, low) for x in domain], [max(y, low) for y in field], color="#0b62c4", linewidth=1.2, zorder=3)
@@ -354,7 +367,8 @@ def plot_walk(path, mesh, label, build):
         panel.plot([low, side, side], [side, side, low], color="#999999", linewidth=0.9, zorder=2)
         panel.plot(max(domain[at], low), max(field[at], low), "o", color="#0b62c4", markersize=5, zorder=4)
         panel.annotate(f"{mark}% of the vertices", (side, side), textcoords="offset points", xytext=(4, -8),
-                       fontsize=8, color="#444444", annotation_clip=False)
+                       fontsize=8, color="#444444", annotation_clip=False, zorder=5,
+                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.set_xlim(low, high)
@@ -362,7 +376,7 @@ def plot_walk(path, mesh, label, build):
     panel.set_aspect("equal")
     plain_ticks(panel.xaxis)
     plain_ticks(panel.yaxis)
-    panel.set_xlabel("largest domain error so far, % of the diagonal")
+    panel.set_xlabel("largest domain error so far, % of the diagonal (0: on the axis)")
     panel.set_ylabel("largest field error so far, % of the range")
     panel.spines[["top", "right"]].set_visible(False)
     panel.set_title(f"{mesh.name}, {mesh.field}, method {label}: the walk in error space\n"
