@@ -8,8 +8,9 @@ first floating-point point array. For each mesh and percentage, VTK's vtkUnstruc
 then every method gives a cut of at most as many tets, from one build a method, and `ptet measure` judges them all.
 
 Writes paper.txt (the table), paper.csv (all that was measured), MESH.png (error against tets) and MESH-walk.png (the
-walk in error space, section 4.3) into the output folder, anew after each mesh. What fails or takes too long is named
-in the table, and the rest goes on. Needs vtk_decimate (-DPTET_BUILD_BENCH=ON) and Matplotlib (python3-matplotlib).
+walk in error space, section 4.3) into the output folder, anew after each mesh, and after Ctrl-C. What fails or takes
+too long is named in the table, and the rest goes on. Needs vtk_decimate (-DPTET_BUILD_BENCH=ON) and Matplotlib
+(python3-matplotlib).
 """
 
 import argparse
@@ -30,6 +31,7 @@ PEER = "VTK"
 COARSEST = "0.5%"   # of the vertices: where builds stop
 GROUPS_A_LINE = 3
 NO_DISTANCE = 1e-6  # % of the diagonal: bounds of a distance that may be 0 go no lower than a tenth of it
+NOT_RUN = "not run"
 NEARLY = 1.01       # a cut with more tets than this times what was asked for is not compared
 
 COLUMNS = ["mesh", "field", "percent", "method", "asked_tets", "tets", "tets_percent", "vertices", "vertices_percent",
@@ -118,26 +120,24 @@ class Paper:
         self.meshes.append(mesh)
         say(f"{mesh.name}, {mesh.field}: {mesh.tets} tets")
         cut = os.path.join(folder, "cut.vtu")
-        asked = {}
-        for share in self.options.fractions:
-            row = self.add(mesh, share, PEER, None)
+        rows = {label: [self.add(mesh, share, label) for share in self.options.fractions] for label in self.labels}
+        for number, row in enumerate(rows[PEER]):
+            share = row["percent"]
             try:
                 done = run_json([self.vtk, mesh.path, str(share / 100), mesh.field, "-o", cut], self.options.timeout)
-                asked[share] = done["tets"]
                 row["seconds"] = done["seconds"]
                 self.measure(mesh, cut, row)
             except Failed as why:
-                row["note"] = f"{why}"
-            # Where VTK fails, the cuts are still worth having.
-            row["asked_tets"] = round(mesh.tets * share / 100)
-            asked.setdefault(share, row["asked_tets"])
+                row["note"] = f"{why}"  # the cuts are still worth having
+            for label in self.labels[1:]:
+                rows[label][number]["asked_tets"] = row["tets"] or row["asked_tets"]
         say(f"  {PEER}")
         for label, name, objective in self.methods:
-            self.run_method(mesh, label, name, objective, asked, folder)
+            self.run_method(mesh, name, objective, rows[label], folder)
 
-    def run_method(self, mesh, label, name, objective, asked, folder):
+    def run_method(self, mesh, name, objective, rows, folder):
         file, cut = os.path.join(folder, "build.ptet"), os.path.join(folder, "cut.vtu")
-        rows = [self.add(mesh, share, label, asked[share]) for share in self.options.fractions]
+        label = rows[0]["method"]
         try:
             build = run_json([self.ptet, "build", mesh.path, "-o", file, "--field", mesh.field, "--method", name,
                               "--objective", objective, "--target-vertices", COARSEST, "--json"],
@@ -160,9 +160,10 @@ class Paper:
             except Failed as why:
                 row["note"] = f"{why}"
 
-    def add(self, mesh, share, label, asked):
+    def add(self, mesh, share, label):
         row = dict.fromkeys(COLUMNS)
-        row.update(mesh=mesh.name, field=mesh.field, percent=share, method=label, asked_tets=asked, note="")
+        row.update(mesh=mesh.name, field=mesh.field, percent=share, method=label, note=NOT_RUN,
+                   asked_tets=round(mesh.tets * share / 100))
         self.rows.append(row)
         return row
 
@@ -178,6 +179,7 @@ class Paper:
                    outside_max_percent=outside["max_percent"] if outside else None,
                    hausdorff_percent=distance["upper_percent"], hausdorff_lower_percent=distance["lower_percent"],
                    valid=validity["valid"])
+        row["note"] = ""
         row["tets_percent"] = percent(row["tets"], mesh.tets)
         row["vertices_percent"] = percent(row["vertices"], mesh.vertices)
         if row["asked_tets"] and row["tets"] > NEARLY * row["asked_tets"]:
@@ -259,12 +261,12 @@ class Table:
                     if row["max_percent"] is None and note not in notes:
                         notes.append(note)
                 self.lines.append(line)
-        self.lines += [f"  failed: {note}" for note in notes]
+        self.lines += [f"  no figures: {note}" for note in notes]
 
     @staticmethod
     def cells(row, with_time):
         if row["max_percent"] is None:
-            return f"{'failed':<32}"
+            return f"{'no figures':<32}"
         mark = ("" if row["valid"] else "!") + (">" if row["note"] else "")
         seconds = figure(row["seconds"])[:4].rstrip(".") if with_time else ""
         if with_time and row["seconds"] >= 10:
@@ -462,13 +464,19 @@ def main():
         sys.exit(f"paper.py: {why}")
     os.makedirs(options.out, exist_ok=True)
     for mesh in meshes:
-        with tempfile.TemporaryDirectory() as folder:
-            paper.run(mesh, folder)
-        paper.write()
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                paper.run(mesh, folder)
+        finally:
+            paper.write()  # what there is, after Ctrl-C too
     print((pathlib.Path(options.out) / "paper.txt").read_text(encoding="utf-8"), end="")
     if any(row["max_percent"] is None for row in paper.rows):
         sys.exit(1)
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        say("interrupted")
+        sys.exit(130)
