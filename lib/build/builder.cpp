@@ -304,6 +304,13 @@ private:
     std::vector<Vertex> apart;
     for (const Vertex vs : picked) {
       if (touched_[vs] == round_) continue;
+      // What the boundary forbids is cheaper to find out than what a measurement costs.
+      const CollapseStatus status = examine(vs, candidates_->best(vs).target).status;
+      if (status != CollapseStatus::kAccepted) {
+        ++report_.collapses[static_cast<std::size_t>(status)];
+        candidates_->drop_best(vs, round_);
+        continue;
+      }
       for (const SlotId s : complex_.star(vs))
         for (const Vertex x : complex_.slot(s).v)
           touched_[x] = round_;
@@ -378,20 +385,31 @@ private:
     return status;
   }
 
-  /// `measured`: what is known exactly; null: the errors are those at the removed vertices, or as predicted.
-  CollapseStatus try_collapse(Vertex vs, Vertex vd, const Verdict* measured) {
+  struct Allowed {
+    CollapseStatus status;
+    double domain_error; ///< sampled
+  };
+  /// All that does not look at fields, by this thread's trial.
+  [[nodiscard]] Allowed examine(Vertex vs, Vertex vd) {
     Trial& trial = candidates_->trial();
     const CollapseCheck& check = trial.check();
     const CollapseStatus status = trial.examine(vs, vd);
+    if (status != CollapseStatus::kAccepted || !check.moves_boundary()) return {status, 0};
+    if (!surface_.collapse_ok(vs, vd)) return {CollapseStatus::kSurfaceTopology, 0};
+    const double domain_error = surface_.simulate(vs, vd);
+    if (domain_error > domain_limit_) return {CollapseStatus::kDomainError, domain_error};
+    if (surface_.would_intersect(complex_, vs, vd, check.modified(), check.deleted()))
+      return {CollapseStatus::kSelfIntersection, domain_error};
+    return {CollapseStatus::kAccepted, domain_error};
+  }
+
+  /// `measured`: what is known exactly; null: the errors are those at the removed vertices, or as predicted.
+  CollapseStatus try_collapse(Vertex vs, Vertex vd, const Verdict* measured) {
+    const auto [status, sampled_domain_error] = examine(vs, vd);
     if (status != CollapseStatus::kAccepted) return status;
-    double domain_error = 0;
-    if (check.moves_boundary()) {
-      if (!surface_.collapse_ok(vs, vd)) return CollapseStatus::kSurfaceTopology;
-      domain_error = surface_.simulate(vs, vd);
-      if (domain_error > domain_limit_) return CollapseStatus::kDomainError;
-      if (surface_.would_intersect(complex_, vs, vd, check.modified(), check.deleted()))
-        return CollapseStatus::kSelfIntersection;
-    }
+    Trial& trial = candidates_->trial();
+    const CollapseCheck& check = trial.check();
+    double domain_error = sampled_domain_error;
     std::vector<double>& errors = record_errors_;
     errors.resize(fields_.field_count());
     if (measured != nullptr)

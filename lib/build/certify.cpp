@@ -14,9 +14,8 @@
 namespace ptet::build {
 namespace {
 
-/// What rounding can hide of an error: a fraction of it, and of the range.
+/// What rounding can hide of an error: a fraction of it.
 constexpr double kRelativeSlack = 1e-9;
-constexpr double kAbsoluteSlack = 1e-13;
 /// Records between two reports of progress.
 constexpr std::size_t kBatch = 4096;
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
@@ -49,7 +48,7 @@ std::vector<std::uint32_t> consumers(const RecordStream& records) {
 } // namespace
 
 double certified(double measured) {
-  return measured > kAbsoluteSlack ? measured * (1 + kRelativeSlack) : 0;
+  return measured > kRoundingSlack ? measured * (1 + kRelativeSlack) : 0;
 }
 
 double volume_of(const PreparedMesh& prepared) {

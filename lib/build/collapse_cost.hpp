@@ -55,7 +55,7 @@ public:
   }
 
 private:
-  static constexpr double kMeanInBoth = 1;
+  static constexpr double kMeanInBoth = 0.5;
 
   double maximum_;
   double mean_;

@@ -36,7 +36,10 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, std::vector<d
     }
     measured_ = errors;
     const std::span<double> squared = integrals != nullptr ? std::span<double>(squared_) : std::span<double>();
-    whole = exact_->measure(version, *workspace_, measured_, squared, limit);
+    walk_limit_ = limit;
+    for (double& most : walk_limit_)
+      most = std::max(most, kRoundingSlack); // what is below counts as none
+    whole = exact_->measure(version, *workspace_, measured_, squared, walk_limit_);
     for (std::size_t f = 0; f < errors.size(); ++f) {
       if (measured_[f] > errors[f]) errors[f] = certified(measured_[f]);
       if (errors[f] > limit[f]) whole = false;

@@ -52,6 +52,7 @@ private:
   std::optional<ExactFieldError::Workspace> workspace_;
   std::vector<double> measured_;
   std::vector<double> squared_;
+  std::vector<double> walk_limit_;
 };
 
 } // namespace ptet::build

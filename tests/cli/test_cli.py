@@ -501,7 +501,7 @@ class Methods(Case):
             self.assertEqual((self.folder / "grid.ptet").read_bytes(), default)
 
     def test_objectives(self):
-        self.grid(6)
+        self.grid(8)
         for method in ["exact", "BF"]:
             reports = {objective: self.built("--method", method, "--objective", objective)
                        for objective in ["max", "rms", "both"]}

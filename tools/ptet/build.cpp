@@ -240,8 +240,6 @@ void print_json(const Outcome& outcome) {
   json["records"] = build.records;
   json["rounds"] = build.rounds;
   json["depth"] = build.depth;
-  json["simulations"] = build.simulations;
-  json["exact_evaluations"] = build.exact_evaluations;
   json["cut_dependencies"] = build.cut_dependencies;
   json["stopped_by"] = build.stopped_by;
   json["collapses"] = collapses;
