@@ -87,7 +87,7 @@ double seconds_of(F&& f) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Quadrics predict, or choose and weigh what is simulated; then the mean square is theirs to tell.
+/// What predicts by something else than quadrics; null where these predict, or choose what is simulated.
 std::unique_ptr<Predictor> other_predictor(const BuildOptions& options, const WorkingComplex& complex,
                                            const PreparedMesh& prepared, const NormalizedFields& fields,
                                            double diagonal, std::vector<double> weights, double domain_weight) {
@@ -323,7 +323,8 @@ private:
       for (std::size_t i = range.begin(); i != range.end(); ++i)
         verdicts[i] = measure(apart[i], trial);
     });
-    report_.exact_evaluations += apart.size();
+    report_.exact_evaluations += static_cast<std::uint64_t>(std::count_if(
+        verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return !verdict.errors.empty(); }));
     for (std::size_t i = 0; i < apart.size() && alive_count_ > target_count_; ++i) {
       const Vertex vs = apart[i];
       if (verdicts[i].status == CollapseStatus::kAccepted && verdicts[i].cost > candidates_->round_cost()) {
@@ -574,6 +575,8 @@ void check_options(const BuildOptions& options) {
   require(options.round_fraction > 0 && options.round_fraction <= 1, "the part taken in a round must be in (0, 1]");
   require(options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact,
           "a prediction that measures everywhere goes with an evaluation that does");
+  require(options.prediction != Prediction::kSimulate || options.evaluation != Evaluation::kNone,
+          "what is simulated is seen at removed vertices at least: an evaluation is needed");
   require(options.max_domain_error.value >= 0, "the limit on domain error must be a number >= 0");
 }
 

@@ -2,6 +2,8 @@
 //
 //   repeat   predict    the cheapest outgoing half-edge of every vertex whose star has changed   (parallel)
 //            pick       the best part of them, lower dependency height first
+//            measure    method exact only: exact errors of those that do not touch each other; what is not   (parallel)
+//                       among the best any more is put back
 //            check      link condition, orientation, shape, boundary, errors; refuse or ...
 //            collapse   ... commit and record, unless the star was touched in this round
 //   until    the target is reached or a whole sweep accepts nothing

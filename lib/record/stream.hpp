@@ -53,8 +53,8 @@ struct RecordStream {
   std::vector<VersionId> coarse_begin;
   /// size() x fields.size(): largest field error over C(i), in field units.
   std::vector<double> field_error;
-  /// Largest domain error over the boundary faces in C(i), in mesh units; 0 where no boundary face moved. A bound on the
-  /// distance to a face from all of the original boundary that it stands for, and back from any of its points.
+  /// Largest domain error over the boundary faces in C(i), in mesh units; 0 where no boundary face moved. A bound on
+  /// the distance to a face from all of the original boundary that it stands for, and back from any of its points.
   std::vector<double> domain_error;
   /// size() x fields.size(): by how much the collapse raised the integral of |Phi - phi|^2 over the domain, in field
   /// units squared times mesh units cubed; may be negative. The integral of a cut is the sum over the records whose

@@ -118,7 +118,7 @@ struct BuildReport {
   std::uint64_t cut_dependencies = 0; ///< between records, added so that the boundary of no cut crosses itself
   std::uint64_t file_bytes = 0;
   double collapse_seconds = 0; ///< wall time of the collapse loop, candidates and checks included
-  double certify_seconds = 0;  ///< wall time of the exact evaluation, 0 without it
+  double certify_seconds = 0;  ///< wall time of an exact evaluation after the collapses; 0 when there was none
   double total_seconds = 0;
 };
 
