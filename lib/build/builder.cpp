@@ -307,7 +307,7 @@ private:
       // What the boundary forbids is cheaper to find out than what a measurement costs.
       const CollapseStatus status = examine(vs, candidates_->best(vs).target).status;
       if (status != CollapseStatus::kAccepted) {
-        ++report_.collapses[static_cast<std::size_t>(status)];
+        counted(status);
         candidates_->drop_best(vs, round_);
         continue;
       }

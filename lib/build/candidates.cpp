@@ -62,7 +62,7 @@ void Candidates::fill_page(Vertex v, Worker& worker) {
   half_edges.clear();
   for (std::size_t i = 0; i < worker.targets.size(); ++i)
     half_edges.push_back({worker.costs[i], worker.targets[i]});
-  if (prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact) simulate(v, worker);
+  if (simulates()) simulate(v, worker);
   // What the simulation left is what goes on the page, best first.
   if (prediction_ != Prediction::kExact) std::erase_if(half_edges, [&](const HalfEdge& h) { return h <= page.floor; });
   const std::size_t count = std::min(kPage, half_edges.size());
@@ -108,16 +108,15 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
 void Candidates::predict(std::uint32_t round) {
   std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
   work_.clear();
-  const bool simulates = prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact;
   const auto is_far = [&](Vertex v) {
-    return simulates && best(v).target != kNone && kStale * best(v).cost > round_cost_;
+    return simulates() && best(v).target != kNone && kStale * best(v).cost > round_cost_;
   };
   for (const Vertex v : movable_)
     if (dirty_[v] && pages_[v].resume_round <= round && !is_far(v)) {
       dirty_[v] = 0;
       work_.push_back(v);
     }
-  const std::size_t grain = simulates ? 16 : 256;
+  const std::size_t grain = simulates() ? 16 : 256;
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), grain), [&](const auto& range) {
     Worker& worker = workers_.local();
     for (std::size_t i = range.begin(); i != range.end(); ++i) {

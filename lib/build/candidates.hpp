@@ -91,6 +91,10 @@ private:
 
   static constexpr HalfEdge kLowest{-std::numeric_limits<float>::infinity(), 0};
 
+  /// Whether costs come from simulated collapses.
+  [[nodiscard]] bool simulates() const {
+    return prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact;
+  }
   void fill_page(Vertex v, Worker& worker);
   void find_targets(Vertex v, Worker& worker);
   void simulate(Vertex v, Worker& worker);

@@ -1,7 +1,6 @@
 // Removed vertices and the field errors at them, by hand.
 #include "build/removed_vertices.hpp"
-#include "build_fixture.hpp"
-#include "support/meshes.hpp"
+#include "build_predictor_fixture.hpp"
 
 #include <optional>
 
@@ -12,30 +11,12 @@ using build::CollapseCheck;
 using build::Vertex;
 using build::test::Fixture;
 using build::test::Ghosts;
+using build::test::octahedron;
+using build::test::scalars;
 using build::test::tent;
+using build::test::with_field;
 
 namespace {
-
-/// Fields over the fixture's points: one row of components for each.
-PreparedMesh with_field(const std::vector<Point>& points, const std::vector<std::vector<double>>& values) {
-  PreparedMesh prepared;
-  prepared.mesh = ptet::test::make_mesh(points, {}, ScalarType::kFloat64);
-  std::size_t row = 0;
-  ptet::test::add_array(prepared.mesh, "f", ScalarType::kFloat64, static_cast<std::uint32_t>(values[0].size()),
-                        [&](const Point&) { return values.at(row++); });
-  prepared.used_vertex_count = static_cast<std::uint32_t>(points.size());
-  for (std::uint32_t v = 0; v < points.size(); ++v)
-    prepared.original_vertex.emplace_back(v);
-  prepared.points = points;
-  return prepared;
-}
-
-std::vector<std::vector<double>> scalars(const std::vector<double>& values) {
-  std::vector<std::vector<double>> rows;
-  for (const double value : values)
-    rows.push_back({value});
-  return rows;
-}
 
 struct Holding {
   Holding(const std::vector<Point>& points, const std::vector<std::vector<double>>& values)
@@ -58,13 +39,6 @@ struct Holding {
     return error;
   }
 };
-
-/// Six corners and the centre, 6.
-Fixture octahedron() {
-  return {
-      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, 0, 0}},
-      {{0, 2, 4, 6}, {0, 2, 5, 6}, {0, 3, 4, 6}, {0, 3, 5, 6}, {1, 2, 4, 6}, {1, 2, 5, 6}, {1, 3, 4, 6}, {1, 3, 5, 6}}};
-}
 
 /// The tent with tip 0 at (0, 0, 1), and behind it the points 6 .. 10 of a second body, `cover()`.
 std::vector<Point> tent_and_cover_points() {
