@@ -95,6 +95,11 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
   added_tet_count_.resize(record_count);
   parent_count_.resize(record_count);
   parent_begin_.resize(record_count);
+  base_kinds_.resize(record_count);
+  modified_begin_.resize(record_count);
+  rim_begin_.resize(record_count);
+  rim_place_.resize(record_count);
+  rim_vertex_count_.resize(record_count);
 }
 
 void Refinement::close_boundary() {
@@ -167,8 +172,8 @@ void Refinement::finish_split(RecordId r, VertexId target, std::span<const Recor
   state_.resize(versions_.size());
   live_.resize(live_.size() + rim_.size());
   replace_region(r);
+  order_rim(r);
   add_rim(r, target);
-  check_rim_is_one_cycle(r);
   target_[r.index()] = target;
   ++applied_count_;
 }
@@ -191,7 +196,7 @@ void Refinement::measure_region(RecordId r) {
       mark.in_link = current;
       const std::uint32_t behind = live.neighbour[corner];
       if (behind != kNone && live_[behind].split == current) continue;
-      rim_.push_back({tet.place, corner ^ tet.u_corner});
+      rim_.push_back({tet.place, corner ^ tet.u_corner, 0});
       added += ghost && corners[corner] != kDummyVertex ? 0 : 1;
     }
   }
@@ -207,21 +212,36 @@ void Refinement::store_parents(RecordId r, std::span<const RecordId> others) {
   const std::size_t begin = parents_.size();
   if (begin + region_.size() + others.size() >= kNone)
     throw Error(ErrorCode::kLimit, "the mesh is too large: more dependencies than 32-bit ids can name");
-  const auto add = [&](RecordId parent) {
+  const auto add = [&](RecordId parent, VersionKinds kind) {
     VertexMark& mark = mark_of(vertex_of(parent));
-    if (std::exchange(mark.is_parent, current) != current) parents_.push_back(parent);
+    if (std::exchange(mark.is_parent, current) != current) {
+      parents_.push_back(parent);
+      mark.value = 0;
+    }
+    mark.value |= kind;
   };
-  for (const RegionTet& tet : region_)
-    if (const RecordId parent = consumer(VersionId{live_[tet.place].version}); !parent.is_none()) add(parent);
+  VersionKinds base = 0;
+  for (const RegionTet& tet : region_) {
+    const VersionId t{live_[tet.place].version};
+    const VersionKinds kind = is_ghost(t) ? kHasGhosts : kHasTets;
+    if (const RecordId parent = consumer(t); !parent.is_none())
+      add(parent, kind);
+    else
+      base |= kind;
+  }
   for (const RecordId other : others)
-    add(other);
+    add(other, 0);
   std::sort(parents_.begin() + static_cast<std::ptrdiff_t>(begin), parents_.end());
+  for (std::size_t i = begin; i < parents_.size(); ++i)
+    parent_kinds_.push_back(static_cast<VersionKinds>(mark_of(vertex_of(parents_[i])).value));
+  base_kinds_[r.index()] = base;
   parent_begin_[r.index()] = static_cast<std::uint32_t>(begin);
   parent_count_[r.index()] = static_cast<std::uint32_t>(parents_.size() - begin);
 }
 
 void Refinement::replace_region(RecordId r) {
   std::uint32_t version = first_fine_[r.index()];
+  modified_begin_[r.index()] = static_cast<std::uint32_t>(modified_.size());
   for (const RegionTet& tet : region_) {
     Live& live = live_[tet.place];
     Tet modified = corner_to_front(versions_[live.version], tet.u_corner);
@@ -231,69 +251,60 @@ void Refinement::replace_region(RecordId r) {
     state_[live.version] = kReplaced | r.index();
     live.version = version++;
     live.neighbour = corner_to_front(live.neighbour, tet.u_corner);
+    modified_.emplace_back(tet.place, corner_of(modified, kDummyVertex) != 4);
   }
 }
 
-// One tet (v, u, a, b) for each rim face. Around the edge (u, v) a tet meets the next one at the face (u, v, a): the
-// first of the two to come by leaves its place at vertex a, the second finds it there.
-void Refinement::add_rim(RecordId r, VertexId target) {
+// The faces' edges (a, b) all run the same way around the disk: b of one is a of the next.
+void Refinement::order_rim(RecordId r) {
   const std::uint32_t current = applied_count_ + 1;
-  auto place = static_cast<std::uint32_t>(live_.size() - rim_.size());
+  for (std::uint32_t i = 0; i < rim_.size(); ++i) {
+    VertexMark& mark = mark_of(versions_[live_[rim_[i].place].version][rim_[i].a_corner()]);
+    if (std::exchange(mark.in_rim, current) == current) fail(r, "the rim of its region meets itself");
+    mark.value = i;
+  }
+  rim_begin_[r.index()] = static_cast<std::uint32_t>(rim_vertices_.size());
+  rim_vertex_count_[r.index()] = static_cast<std::uint16_t>(rim_.size());
+  std::uint32_t at = 0, rank = 0;
+  do {
+    RimFace& face = rim_[at];
+    const Tet& modified = versions_[live_[face.place].version];
+    face.rank = rank++;
+    rim_vertices_.push_back(modified[face.a_corner()]);
+    const VertexMark& next = mark_of(modified[face.b_corner()]);
+    if (next.in_rim != current) fail(r, "the rim of its region is not closed");
+    at = next.value;
+  } while (at != 0 && rank < rim_.size());
+  if (at != 0 || rank != rim_.size()) fail(r, "the rim of its region falls apart");
+}
+
+// One tet (v, u, a, b) for each rim face. Around the edge (u, v) they stand as in the rim.
+void Refinement::add_rim(RecordId r, VertexId target) {
+  const auto count = static_cast<std::uint32_t>(rim_.size());
+  const auto first = static_cast<std::uint32_t>(live_.size()) - count;
+  rim_place_[r.index()] = first;
   std::uint32_t version = first_fine_[r.index()] + static_cast<std::uint32_t>(region_.size());
-  std::size_t waiting = 0;
-  for (const auto [modified_place, corner] : rim_) {
-    Live& modified = live_[modified_place];
-    Tet vertices = corner_to_front(versions_[modified.version], corner);
+  for (const RimFace& face : rim_) {
+    const std::uint32_t place = first + face.rank;
+    Live& modified = live_[face.place];
+    Tet vertices = corner_to_front(versions_[modified.version], face.corner);
     vertices[0] = vertex_of(r);
-    vertices[corner] = target;
+    vertices[face.corner] = target;
     versions_[version] = vertices;
     state_[version] = place;
 
     Live& live = live_[place];
     live.version = version++;
-    live.neighbour[0] = modified.neighbour[corner];
-    live.neighbour[corner] = modified_place;
-    modified.neighbour[corner] = place;
+    live.neighbour[0] = modified.neighbour[face.corner];
+    live.neighbour[face.corner] = face.place;
+    modified.neighbour[face.corner] = place;
     if (live.neighbour[0] != kNone) {
       auto& beyond = live_[live.neighbour[0]].neighbour;
-      *std::find(beyond.begin(), beyond.begin() + 3, modified_place) = place;
+      *std::find(beyond.begin(), beyond.begin() + 3, face.place) = place;
     }
-    const std::uint32_t a = corner == 1 ? 2 : 1, b = 6 - corner - a;
-    for (const auto& [at, opposite] : {std::pair(a, b), std::pair(b, a)}) {
-      VertexMark& mark = mark_of(vertices[at]);
-      const std::uint32_t mine = 4 * place + opposite;
-      if (mark.in_rim != current) {
-        mark.in_rim = current;
-        mark.open = mine;
-        ++waiting;
-      } else if (mark.open != kNone) {
-        live.neighbour[opposite] = mark.open / 4;
-        live_[mark.open / 4].neighbour[mark.open % 4] = place;
-        mark.open = kNone;
-        --waiting;
-      } else {
-        fail(r, "the rim of its region meets itself");
-      }
-    }
-    ++place;
+    live.neighbour[face.b_corner() ^ face.corner] = first + (face.rank == 0 ? count : face.rank) - 1;
+    live.neighbour[face.a_corner() ^ face.corner] = first + (face.rank + 1 == count ? 0 : face.rank + 1);
   }
-  if (waiting != 0) fail(r, "the rim of its region is not closed");
-}
-
-void Refinement::check_rim_is_one_cycle(RecordId r) const {
-  const auto first = static_cast<std::uint32_t>(live_.size() - rim_.size());
-  std::uint32_t from = kNone, at = first;
-  std::size_t length = 0;
-  do {
-    const std::uint32_t corner = rim_[at - first].corner;
-    const std::uint32_t a = corner == 1 ? 2 : 1, b = 6 - corner - a;
-    const auto& neighbour = live_[at].neighbour;
-    const std::uint32_t next = neighbour[a] != from ? neighbour[a] : neighbour[b];
-    from = at;
-    at = next;
-    ++length;
-  } while (at != first && length <= rim_.size());
-  if (length != rim_.size()) fail(r, "the rim of its region falls apart");
 }
 
 std::span<const RecordId> Refinement::parents(RecordId r) const {

@@ -2,7 +2,8 @@
 //
 // Reader and writer both run it, the reader to learn what a record's coded split means, the writer to code it. The
 // run-time library keeps its result: for each record the versions F(r) that its split makes, for each version the
-// record whose split would replace it (its creator, the collapse that made it), for each record its parents.
+// record whose split would replace it (its creator, the collapse that made it), for each record its parents and what
+// its split does to a mesh (see Place).
 //
 //      vertex u and its star, before            after split(r: u -> u, v)
 //      C(r) = the tets of the region            F(r) = one modified tet (v instead of u) for each tet of the region,
@@ -42,6 +43,33 @@ struct GrowthFace {
   /// boundary closes nowhere at a non-manifold edge) is not asked about: the region ends there.
   VersionId behind;
 };
+
+/// Where a tet or ghost of the mesh stands. A split puts its modified tets in the places of those that they replace,
+/// and each tet of its rim in a new one, so that a place holds one after the other and never a tet now and a ghost
+/// then. To split or to collapse needs no more than the list of places, in any mesh in which the record's parents are
+/// applied:
+///
+///   split(r)      in each of modified(r): target(r) becomes vertex_of(r)
+///                 at rim_place(r) + i, i < n: (vertex_of(r), target(r), rim(r)[i], rim(r)[(i + 1) % n]) comes
+///   collapse(r)   the same backwards
+///
+/// In place p < base_tet_count() + base ghosts stands base version p before any split.
+class Place {
+public:
+  constexpr Place() = default;
+  constexpr Place(std::uint32_t index, bool is_ghost) : bits_(index | (is_ghost ? kGhost : 0)) {}
+  [[nodiscard]] constexpr std::uint32_t index() const { return bits_ & ~kGhost; }
+  [[nodiscard]] constexpr bool is_ghost() const { return (bits_ & kGhost) != 0; }
+
+private:
+  static constexpr std::uint32_t kGhost = 1U << 31;
+  std::uint32_t bits_ = 0;
+};
+
+/// Which of some versions there are: bits.
+using VersionKinds = std::uint8_t;
+inline constexpr VersionKinds kHasTets = 1;
+inline constexpr VersionKinds kHasGhosts = 2;
 
 class Refinement {
 public:
@@ -105,6 +133,24 @@ public:
   /// Records that must be applied before `r`: consumers of the versions in C(r) and the others that split() was given,
   /// without repetition, ascending.
   [[nodiscard]] std::span<const RecordId> parents(RecordId r) const;
+  /// What each parent consumed of C(r): 0 for a parent of split()'s `others` only.
+  [[nodiscard]] std::span<const VersionKinds> parent_kinds(RecordId r) const {
+    return {parent_kinds_.data() + parent_begin_[r.index()], parent_count_[r.index()]};
+  }
+  /// What of C(r) is of the base.
+  [[nodiscard]] VersionKinds base_kinds(RecordId r) const { return base_kinds_[r.index()]; }
+
+  // What split(r) does, see Place; r applied.
+  [[nodiscard]] std::uint32_t place_count() const { return static_cast<std::uint32_t>(live_.size()); }
+  [[nodiscard]] std::span<const Place> modified(RecordId r) const {
+    return {modified_.data() + modified_begin_[r.index()],
+            std::size_t{fine_count_[r.index()]} - rim_vertex_count_[r.index()]};
+  }
+  [[nodiscard]] std::uint32_t rim_place(RecordId r) const { return rim_place_[r.index()]; }
+  /// The vertices around the edge from target(r) to vertex_of(r), in order; kDummyVertex may be one.
+  [[nodiscard]] std::span<const VertexId> rim(RecordId r) const {
+    return {rim_vertices_.data() + rim_begin_[r.index()], rim_vertex_count_[r.index()]};
+  }
 
   /// Explains the first broken invariant; empty when all hold. O(versions).
   [[nodiscard]] std::string validate() const;
@@ -130,12 +176,17 @@ private:
   struct RimFace {
     std::uint32_t place;  ///< of the region tet
     std::uint32_t corner; ///< opposite the face, in the modified tet
+    std::uint32_t rank;   ///< in the cycle around (u, v)
+
+    // Corners a and b of the modified tet, such that (v, u, a, b) is the rim's, oriented like the others.
+    [[nodiscard]] std::uint32_t a_corner() const { return (corner + 1) % 3 + 1; }
+    [[nodiscard]] std::uint32_t b_corner() const { return corner % 3 + 1; }
   };
   /// Scratch by vertex, valid for the split whose number it holds. One row is one touch of memory.
   struct VertexMark {
     std::uint32_t in_link = 0;
     std::uint32_t in_rim = 0;
-    std::uint32_t open = 0; ///< 4 * place + corner of the rim tet that waits for its neighbour around (u, v)
+    std::uint32_t value = 0; ///< the rim face that starts at the vertex; what the record of a parent consumed
     std::uint32_t is_parent = 0;
   };
 
@@ -144,8 +195,8 @@ private:
   void measure_region(RecordId r);
   void store_parents(RecordId r, std::span<const RecordId> others);
   void replace_region(RecordId r);
+  void order_rim(RecordId r);
   void add_rim(RecordId r, VertexId target);
-  void check_rim_is_one_cycle(RecordId r) const;
   void join_region(std::uint32_t place);
   void close_boundary();
   [[noreturn]] static void fail(RecordId r, const char* what);
@@ -168,6 +219,11 @@ private:
   std::vector<std::uint16_t> fine_count_, fine_tet_count_, added_tet_count_;
   std::vector<std::uint32_t> parent_begin_, parent_count_;
   std::vector<RecordId> parents_;
+  std::vector<VersionKinds> parent_kinds_, base_kinds_;
+  std::vector<std::uint32_t> modified_begin_, rim_begin_, rim_place_;
+  std::vector<std::uint16_t> rim_vertex_count_;
+  std::vector<Place> modified_;
+  std::vector<VertexId> rim_vertices_;
 
   // By version. State: its place in live_ while it is present, kReplaced | creator afterwards.
   std::vector<Tet> versions_;
