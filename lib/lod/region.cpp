@@ -119,4 +119,19 @@ bool meets(const FocusRegion& region, const Point& min, const Point& max) {
   return !(distance > sphere.radius + kSlack * most);
 }
 
+bool contains(const FocusRegion& region, const Point& min, const Point& max) {
+  if (const Box* const box = std::get_if<Box>(&region)) {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (min[i] < box->min[i] || max[i] > box->max[i]) return false;
+    return true;
+  }
+  const Sphere& sphere = std::get<Sphere>(region);
+  double distance = 0, most = sphere.radius;
+  for (std::size_t i = 0; i < 3; ++i) {
+    distance = std::hypot(distance, std::max(max[i] - sphere.centre[i], sphere.centre[i] - min[i]));
+    most = std::max({most, std::fabs(sphere.centre[i]), std::fabs(min[i]), std::fabs(max[i])});
+  }
+  return distance < sphere.radius - kSlack * most;
+}
+
 } // namespace ptet

@@ -12,5 +12,7 @@ namespace ptet {
 [[nodiscard]] bool meets(const FocusRegion& region, std::span<const Point> corners);
 /// The same for the closed box [min, max].
 [[nodiscard]] bool meets(const FocusRegion& region, const Point& min, const Point& max);
+/// Whether the box lies in the region. Of a box that does so by a few units in the last place "no" may be said.
+[[nodiscard]] bool contains(const FocusRegion& region, const Point& min, const Point& max);
 
 } // namespace ptet

@@ -10,9 +10,13 @@ namespace {
   throw Error(ErrorCode::kBadArgument, why);
 }
 
-void check_bound(const Bound& bound, const std::string& what) {
-  if (!(bound.value >= 0) || !std::isfinite(bound.value))
-    refuse("the bound on " + what + " is " + std::to_string(bound.value) +
+bool is_valid(const Bound& bound) {
+  return bound.value >= 0 && std::isfinite(bound.value);
+}
+
+void check_bound(const Bound& bound, const char* what) {
+  if (!is_valid(bound))
+    refuse("the bound on " + std::string(what) + " is " + std::to_string(bound.value) +
            "; it must be a number that is not negative");
 }
 
@@ -32,22 +36,27 @@ void check_region(const Sphere& sphere) {
            "; it must be a number that is not negative");
 }
 
-std::vector<const file::ArrayInfo*> governing_arrays(const file::Header& header) {
-  std::vector<const file::ArrayInfo*> governing;
+template <class F>
+void for_each_governing(const file::Header& header, F&& f) {
+  std::size_t i = 0;
   for (const file::ArrayInfo& array : header.arrays)
-    if (array.governing) governing.push_back(&array);
-  return governing;
+    if (array.governing) f(array, i++);
+}
+
+std::size_t governing_count(const file::Header& header) {
+  return static_cast<std::size_t>(
+      std::count_if(header.arrays.begin(), header.arrays.end(), [](const auto& array) { return array.governing; }));
 }
 
 void apply_field_bound(const FieldBound& asked, const file::Header& header, CodeLimits& limits) {
-  check_bound(asked.bound, asked.field.empty() ? "the fields" : "field '" + asked.field + "'");
-  const auto governing = governing_arrays(header);
+  if (!is_valid(asked.bound))
+    check_bound(asked.bound, asked.field.empty() ? "the fields" : ("field '" + asked.field + "'").c_str());
   bool found = asked.field.empty();
-  for (std::size_t i = 0; i < governing.size(); ++i) {
-    if (!asked.field.empty() && governing[i]->name != asked.field) continue;
+  for_each_governing(header, [&](const file::ArrayInfo& array, std::size_t i) {
+    if (!asked.field.empty() && array.name != asked.field) return;
     found = true;
-    limits[i] = std::min(limits[i], limit_of(asked.bound.absolute(governing[i]->range), governing[i]->range));
-  }
+    limits[i] = std::min(limits[i], limit_of(asked.bound.absolute(array.range), array.range));
+  });
   if (found) return;
   for (const file::ArrayInfo& array : header.arrays)
     if (array.name == asked.field)
@@ -55,19 +64,18 @@ void apply_field_bound(const FieldBound& asked, const file::Header& header, Code
   refuse("there is no field '" + asked.field + "' in this file");
 }
 
-CodeLimits focus_limits(const Bound& bound, const file::Header& header) {
+void find_focus_limits(const Bound& bound, const file::Header& header, CodeLimits& limits) {
   check_bound(bound, "the error in the focus");
-  if (bound.value == 0) return {};
-  CodeLimits limits;
+  limits.clear();
+  if (bound.value == 0) return;
   // What an absolute bound is as a fraction differs from field to field; the domain takes the least.
   double domain_fraction = bound.relative ? bound.value : INFINITY;
-  for (const file::ArrayInfo* array : governing_arrays(header)) {
-    limits.push_back(limit_of(bound.absolute(array->range), array->range));
-    if (!bound.relative && array->range > 0) domain_fraction = std::min(domain_fraction, bound.value / array->range);
-  }
+  for_each_governing(header, [&](const file::ArrayInfo& array, std::size_t) {
+    limits.push_back(limit_of(bound.absolute(array.range), array.range));
+    if (!bound.relative && array.range > 0) domain_fraction = std::min(domain_fraction, bound.value / array.range);
+  });
   limits.push_back(std::isfinite(domain_fraction) ? limit_of(domain_fraction * header.diagonal, header.diagonal)
                                                   : ErrorCode16{0});
-  return limits;
 }
 
 } // namespace
@@ -79,8 +87,14 @@ ErrorCode16 limit_of(double bound, double scale) {
 
 ResolvedRequest resolve(const Request& request, const file::Header& header) {
   ResolvedRequest resolved;
+  resolve(request, header, resolved);
+  return resolved;
+}
+
+void resolve(const Request& request, const file::Header& header, ResolvedRequest& resolved) {
+  resolved.limits.clear();
   if (!request.field_error.empty() || request.domain_error) {
-    resolved.limits.assign(governing_arrays(header).size() + 1, kMaxErrorCode);
+    resolved.limits.assign(governing_count(header) + 1, kMaxErrorCode);
     for (const FieldBound& bound : request.field_error)
       apply_field_bound(bound, header, resolved.limits);
     if (request.domain_error) {
@@ -91,11 +105,10 @@ ResolvedRequest resolve(const Request& request, const file::Header& header) {
   for (const FocusRegion& region : request.focus)
     std::visit([](const auto& shape) { check_region(shape); }, region);
   resolved.focus = request.focus;
-  resolved.focus_limits = focus_limits(request.focus_error, header);
+  find_focus_limits(request.focus_error, header, resolved.focus_limits);
   resolved.max_tets = request.max_tets;
   resolved.max_vertices = request.max_vertices;
   resolved.origins = request.origins;
-  return resolved;
 }
 
 } // namespace ptet

@@ -29,6 +29,9 @@ struct ResolvedRequest {
 /// Throws Error(kBadArgument), see Dataset::extract.
 [[nodiscard]] ResolvedRequest resolve(const Request& request, const file::Header& header);
 
+/// The same into memory that `resolved` has already.
+void resolve(const Request& request, const file::Header& header, ResolvedRequest& resolved);
+
 /// The largest code whose value is <= `bound`, so that an error within the limit is within the bound.
 [[nodiscard]] ErrorCode16 limit_of(double bound, double scale);
 
