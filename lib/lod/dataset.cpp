@@ -1,5 +1,6 @@
 #include "ptet/dataset.hpp"
 
+#include "lod/dataset_impl.hpp"
 #include "lod/extraction.hpp"
 
 #include <chrono>
@@ -59,13 +60,7 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
 
 } // namespace
 
-class Dataset::Impl {
-public:
-  explicit Impl(std::unique_ptr<file::Source> source) : hierarchy(std::move(source)), info(describe(hierarchy)) {}
-
-  mutable Hierarchy hierarchy; ///< what is read grows behind a const Dataset
-  DatasetInfo info;
-};
+Dataset::Impl::Impl(std::unique_ptr<file::Source> source) : hierarchy(std::move(source)), info(describe(hierarchy)) {}
 
 const char* name_of(LimitedBy limit) {
   switch (limit) {
@@ -73,6 +68,7 @@ const char* name_of(LimitedBy limit) {
   case LimitedBy::kError: return "error";
   case LimitedBy::kFocus: return "focus";
   case LimitedBy::kBudget: return "budget";
+  case LimitedBy::kTime: return "time";
   }
   return "unknown";
 }

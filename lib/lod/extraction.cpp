@@ -99,45 +99,58 @@ std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& c
   return achieved;
 }
 
-/// A sum that is never below the true one by rounding.
-class RoundedUpSum {
-public:
-  void add(double x) {
-    sum_ += x;
-    magnitude_ += std::fabs(x);
-    ++count_;
-  }
-  [[nodiscard]] double value() const {
-    return sum_ + magnitude_ * (static_cast<double>(count_) * std::numeric_limits<double>::epsilon());
-  }
-
-private:
-  double sum_ = 0, magnitude_ = 0;
-  std::size_t count_ = 0;
-};
-
 } // namespace
+
+void SquaredErrorSum::add(double x) {
+  sum_ += x;
+  magnitude_ += std::fabs(x);
+  ++count_;
+}
+
+SquaredErrorSum& SquaredErrorSum::operator+=(const SquaredErrorSum& other) {
+  sum_ += other.sum_;
+  magnitude_ += other.magnitude_;
+  count_ += other.count_;
+  return *this;
+}
+
+double SquaredErrorSum::root(double range) const {
+  // However they were gathered, each number went through fewer additions than there are numbers.
+  const double slack = magnitude_ * (static_cast<double>(count_) * std::numeric_limits<double>::epsilon());
+  return range * std::sqrt(std::max(0.0, sum_ + slack));
+}
 
 // The collapses that are not undone, each by what it raised the integral. Where a block has none undone its sum is in
 // the table, so the answer does not depend on what was read.
+void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& applied, std::size_t block,
+                        std::span<SquaredErrorSum> sums) {
+  const file::BlockInfo& info = hierarchy.blocks()[block];
+  const std::vector<SquaredErrorCode>& codes = hierarchy.content().squared_error;
+  std::fill(sums.begin(), sums.end(), SquaredErrorSum{});
+  const char* const first = applied.data() + info.first_record;
+  const auto undone = static_cast<std::uint32_t>(std::count(first, first + info.record_count, 1));
+  if (undone == info.record_count) return;
+  if (undone == 0) {
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      sums[i].add(info.squared_error[i]);
+    return;
+  }
+  for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r)
+    for (std::size_t i = 0; i < sums.size() && applied[r] == 0; ++i)
+      sums[i].add(decode_squared_error(codes[r * sums.size() + i]));
+}
+
 std::vector<double> rms_error(const Hierarchy& hierarchy, const std::vector<char>& applied) {
   if (!hierarchy.header().has_squared_errors) return {};
-  const std::size_t fields = hierarchy.errors_per_record() - std::size_t{1};
-  const std::vector<SquaredErrorCode>& codes = hierarchy.content().squared_error;
-  std::vector<RoundedUpSum> sums(fields);
-  for (const file::BlockInfo& block : hierarchy.blocks()) {
-    const char* const first = applied.data() + block.first_record;
-    const auto undone = static_cast<std::uint32_t>(std::count(first, first + block.record_count, 1));
-    for (std::size_t i = 0; i < fields && undone == 0; ++i)
-      sums[i].add(block.squared_error[i]);
-    if (undone == 0 || undone == block.record_count) continue;
-    for (std::size_t r = block.first_record; r < block.first_record + block.record_count; ++r)
-      for (std::size_t i = 0; i < fields && applied[r] == 0; ++i)
-        sums[i].add(decode_squared_error(codes[r * fields + i]));
+  std::vector<SquaredErrorSum> totals(hierarchy.errors_per_record() - std::size_t{1}), sums(totals.size());
+  for (std::size_t b = 0; b < hierarchy.blocks().size(); ++b) {
+    sum_squared_errors(hierarchy, applied, b, sums);
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      totals[i] += sums[i];
   }
   std::vector<double> result;
   for (const file::ArrayInfo& array : hierarchy.header().arrays)
-    if (array.governing) result.push_back(array.range * std::sqrt(std::max(0.0, sums[result.size()].value())));
+    if (array.governing) result.push_back(totals[result.size()].root(array.range));
   return result;
 }
 

@@ -3,6 +3,8 @@
 
 #include "lod/cut.hpp"
 
+#include <span>
+
 namespace ptet {
 
 /// Fills all of Extraction but bytes_read and seconds. The lock must be held.
@@ -11,8 +13,25 @@ namespace ptet {
 /// depend on what was read when.
 [[nodiscard]] Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_origins);
 
-/// Extraction::rms_error of the cut in which the splits `applied` (by record) are. Blocks of which some are, and not
-/// all, are looked at record by record; they must have been read. The lock must be held.
+/// A sum of squared errors, fractions of range^2, that is never below the true one by rounding.
+class SquaredErrorSum {
+public:
+  void add(double x);
+  SquaredErrorSum& operator+=(const SquaredErrorSum& other);
+  /// Of the mean, in field units: `range` is the field's.
+  [[nodiscard]] double root(double range) const;
+
+private:
+  double sum_ = 0, magnitude_ = 0;
+  std::size_t count_ = 0;
+};
+
+/// What the records of a block that are not in the cut contribute, one sum per governing field. Of a block of which
+/// some are in the cut, and not all, each is looked at: it must have been read. The lock must be held.
+void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& applied, std::size_t block,
+                        std::span<SquaredErrorSum> sums);
+
+/// Extraction::rms_error of the cut in which the splits `applied` (by record) are. As for sum_squared_errors.
 [[nodiscard]] std::vector<double> rms_error(const Hierarchy& hierarchy, const std::vector<char>& applied);
 
 } // namespace ptet

@@ -27,8 +27,8 @@ Hierarchy::Hierarchy(std::unique_ptr<file::Source> source)
   used_base_vertex_count_ = static_cast<std::uint32_t>(std::count(is_used.begin(), is_used.end(), 1));
 }
 
-void Hierarchy::close(BlockSet& set) const {
-  std::vector<std::uint32_t> open;
+void Hierarchy::close(BlockSet& set, std::vector<std::uint32_t>& open) const {
+  open.clear();
   for (std::uint32_t b = 0; b < set.size(); ++b)
     if (set[b] != 0) open.push_back(b);
   while (!open.empty()) {

@@ -31,7 +31,12 @@ public:
   [[nodiscard]] std::uint32_t used_base_vertex_count() const { return used_base_vertex_count_; }
 
   /// Adds every block that one of the set needs, directly or not.
-  void close(BlockSet& set) const;
+  void close(BlockSet& set) const {
+    std::vector<std::uint32_t> open;
+    close(set, open);
+  }
+  /// The same with memory to work in, which it keeps.
+  void close(BlockSet& set, std::vector<std::uint32_t>& open) const;
   /// Reads what is missing of a closed set. Takes the lock itself. Throws what the reader throws, and again at every
   /// later call.
   void load(const BlockSet& closed);

@@ -5,12 +5,14 @@
 #include "ptet/dataset.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
+#include "support/session_checks.hpp"
 #include "support/temp_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <random>
+#include <sstream>
 #include <unordered_map>
 
 #include <catch2/catch.hpp>
@@ -189,6 +191,43 @@ TEST_CASE("random cuts of real meshes") {
       INFO(name << ", request " << i);
       const Request request = random.request();
       check(real, request, real.dataset->extract(request));
+    }
+  }
+}
+
+// PTET_SESSION_REQUESTS sets the number of requests for each mesh, PTET_SESSION_MESHES (names without .vtu, separated
+// by blanks) which meshes.
+TEST_CASE("a session goes through random requests of real meshes") {
+  const char* const wanted = std::getenv("PTET_SESSION_REQUESTS");
+  const int requests = wanted != nullptr ? std::atoi(wanted) : 30;
+  const char* const chosen = std::getenv("PTET_SESSION_MESHES");
+  std::istringstream names(chosen != nullptr ? chosen : "fire_ug pulley fea_bracket");
+  for (std::string name; names >> name;) {
+    const auto path = test::data_file(name + ".vtu");
+    if (!path) {
+      WARN(name << ".vtu is not there: looked in " << test::data_dir() << "; set PTET_DATA. Skipped.");
+      continue;
+    }
+    test::TempFolder folder;
+    BuildOptions options;
+    options.prediction = Prediction::kQuadric;
+    options.evaluation = Evaluation::kVertices;
+    build_file(read_mesh(*path), folder / "mesh.ptet", options);
+    const auto dataset = Dataset::open(folder / "mesh.ptet");
+    const auto other = Dataset::open(folder / "mesh.ptet");
+    Session session(dataset);
+    test::SlotCopy copy;
+    test::RandomRequests random(dataset->info(), 2027);
+    for (int i = 0; i < requests; ++i) {
+      INFO(name << ", request " << i);
+      const Request request = random.next();
+      const SessionUpdate& update = session.update(request);
+      const Extraction fresh = other->extract(request);
+      REQUIRE(test::difference(session, update, fresh) == "");
+      copy.follow(session, update);
+      REQUIRE(copy.difference(session) == "");
+      const test::MeshFacts facts = test::examine(fresh.mesh);
+      REQUIRE(facts.inverted_tets + facts.repeated_tets + facts.crowded_faces + facts.folded_faces == 0);
     }
   }
 }

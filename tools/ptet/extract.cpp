@@ -235,6 +235,7 @@ const char* explain(const Request& request, const Extraction& extraction) {
       return "budget: the next split does not fit";
     return request.focus.empty() ? "budget: it is less than the base mesh, and that is the least there is"
                                  : "budget: the focus alone takes more, and is restored all the same";
+  case LimitedBy::kTime: return "time: what was asked takes longer";
   }
   return "";
 }

@@ -23,11 +23,15 @@ namespace ptet {
 struct Box {
   Point min{};
   Point max{};
+
+  friend bool operator==(const Box&, const Box&) = default;
 };
 /// A ball, closed.
 struct Sphere {
   Point centre{};
   double radius = 0;
+
+  friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 using FocusRegion = std::variant<Box, Sphere>;
 
@@ -40,6 +44,8 @@ struct Request {
   /// what the focus needs are there in any case, even where they pass a budget.
   std::optional<std::uint64_t> max_tets;
   std::optional<std::uint64_t> max_vertices;
+  /// How long Session::update may take, about; what it then has not done the next update does. No matter to extract().
+  std::optional<double> max_milliseconds;
   /// Inside these regions the error is `focus_error` (0: every tet that meets the region is an original one).
   /// Outside, only what the other parts of the request ask for.
   std::vector<FocusRegion> focus;
@@ -58,6 +64,7 @@ enum class LimitedBy {
   kError,   ///< the asked error was reached
   kFocus,   ///< the focus was reached, nothing else was asked
   kBudget,  ///< the next split does not fit the budget
+  kTime,    ///< the time was up before the session had made the mesh that was asked for
 };
 [[nodiscard]] const char* name_of(LimitedBy limit);
 
@@ -136,6 +143,7 @@ public:
 
   class Impl;
   explicit Dataset(std::unique_ptr<Impl> impl);
+  [[nodiscard]] Impl& impl() const { return *impl_; }
   ~Dataset();
   Dataset(const Dataset&) = delete;
   Dataset& operator=(const Dataset&) = delete;

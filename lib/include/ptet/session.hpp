@@ -1,0 +1,79 @@
+// A mesh that follows its requests: what a viewer holds from frame to frame.
+//
+//   Session --update(Request)--> the mesh that extract(Request) gives, by splitting and collapsing what differs
+//
+//   slot    0        1        2        3        4 ...        Tets, boundary faces and vertices keep their slots while
+//   tets  [a b c d][b c d e][  unused ][d e f g] ...         they stay, so that a copy elsewhere, as on a graphics
+//                                                            card, needs only the changed slots.
+//
+// Source: after Hoppe, View-dependent refinement of progressive meshes (1997), section 4, and Danovaro et al. on
+// multi-tessellations: every cut between two closed cuts that splits parents first and collapses children first is
+// closed itself, and so its mesh is conforming.
+#pragma once
+
+#include "ptet/dataset.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace ptet {
+
+/// What an update did and what mesh there is now. The spans are valid until the next update.
+struct SessionUpdate {
+  /// Slots that were taken, freed or have other corners now, or a vertex in its place; each once, in no order. A slot
+  /// that is in the end as it was may be among them.
+  std::span<const std::uint32_t> changed_tets, changed_faces, changed_vertices;
+  /// Of the mesh as it is now.
+  std::uint64_t tets = 0, boundary_faces = 0, vertices = 0;
+  /// What splits brought and collapses took away; tets that only got another corner are not counted.
+  std::uint64_t tets_added = 0, tets_removed = 0, vertices_added = 0, vertices_removed = 0;
+  std::uint64_t splits = 0, collapses = 0;
+  /// As in Extraction: one per governing field, in field units; `rms_error` may be empty.
+  std::span<const double> field_error, rms_error;
+  double domain_error = 0; ///< mesh units
+  LimitedBy limited_by = LimitedBy::kNothing;
+  /// Whether this is the mesh that was asked for. If not, the time was up: the mesh is conforming, its errors are those
+  /// stated here, and the next update with the same request goes on.
+  bool complete = true;
+  double seconds = 0; ///< wall time of the call
+};
+
+/// One viewer's mesh. Any number of sessions may share a dataset, each used by one thread at a time.
+class Session {
+public:
+  static constexpr std::uint32_t kUnused = 0xFFFFFFFF;
+
+  /// Holds the base mesh; reads nothing.
+  explicit Session(std::shared_ptr<const Dataset> dataset);
+  ~Session();
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+
+  /// Makes the mesh that answers `request`: once it is complete, that of Dataset::extract(request), whatever came
+  /// before. Reads the blocks that it needs. Throws what extract throws; the mesh is then as it was.
+  /// Cost: proportional to what differs from the last request and to the blocks that the request divides. Allocates
+  /// no memory but to read, and where the mesh grows beyond what it ever was.
+  const SessionUpdate& update(const Request& request);
+
+  // The mesh by slots; unused slots are kUnused throughout, vertices none. Valid until the next update.
+  /// Vertex slots of the corners; positively oriented.
+  [[nodiscard]] std::span<const std::array<std::uint32_t, 4>> tets() const;
+  /// Outward oriented.
+  [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> boundary_faces() const;
+  /// Ids in the file, as Extraction::vertex_in_file.
+  [[nodiscard]] std::span<const VertexId> vertices() const;
+  /// A row for each vertex slot, those of unused slots of no meaning.
+  [[nodiscard]] const PointArray& positions() const;
+  [[nodiscard]] std::span<const PointArray> point_arrays() const;
+
+  /// The mesh without slots, in the order of Dataset::extract.
+  [[nodiscard]] Extraction extraction() const;
+
+private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+} // namespace ptet

@@ -1,0 +1,258 @@
+#include "lod/running_cut.hpp"
+
+#include <algorithm>
+
+namespace ptet {
+
+RunningCut::RunningCut(Hierarchy& hierarchy)
+    : hierarchy_(hierarchy), blocks_(hierarchy.blocks()), read_(blocks_.size(), 0), focus_read_(blocks_.size(), 0),
+      is_met_(blocks_.size(), 0), focus_demand_(blocks_.size(), BlockDemand::kNone),
+      asked_demand_(blocks_.size(), BlockDemand::kNone), flags_(hierarchy.header().record_count, 0),
+      focus_uses_(hierarchy.header().record_count, 0), candidates_(kMaxOrderCode + std::size_t{1}) {}
+
+std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& request) {
+  const bool focus_changed =
+      is_stale_ || request.focus != request_.focus || request.focus_limits != request_.focus_limits;
+  const bool asked_changed = is_stale_ || request.limits != request_.limits ||
+                             request.has_budget() != request_.has_budget() ||
+                             request.is_original() != request_.is_original();
+  is_stale_ = true;
+  request_ = request;
+  stopped_by_budget_ = false;
+  const Demand demand(hierarchy_, request_);
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    focus_read_[b] = demand.focus_of(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
+  hierarchy_.close(focus_read_, open_);
+  read_ = focus_read_;
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    if (request_.origins || (!request_.has_budget() && demand.asked_of(blocks_[b]) != BlockDemand::kNone)) read_[b] = 1;
+  read_closed(read_);
+  std::shared_lock lock = hierarchy_.lock();
+  const bool has_new = meet_new_blocks();
+  if (focus_changed || has_new) update_focus(demand);
+  if (asked_changed || has_new) update_asked(demand);
+  if (request_.has_budget())
+    spend_budget(demand, lock);
+  else
+    move_end(std::nullopt);
+  is_stale_ = false;
+  return lock;
+}
+
+void RunningCut::read_closed(BlockSet& set) {
+  hierarchy_.close(set, open_);
+  hierarchy_.load(set);
+}
+
+// Others may have read them, too.
+bool RunningCut::meet_new_blocks() {
+  bool found = false;
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    if (is_met_[b] == 0 && hierarchy_.content().block_loaded[b] != 0) {
+      is_met_[b] = 1;
+      found = true;
+    }
+  if (found) is_ordered_ = false;
+  return found;
+}
+
+// ---- the focus ----
+
+// First what comes, then what goes: what both want stays where it is.
+void RunningCut::update_focus(const Demand& demand) {
+  leaving_.clear();
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (is_met_[b] == 0) continue;
+    const BlockDemand now = demand.focus_of(blocks_[b]);
+    const BlockDemand before = std::exchange(focus_demand_[b], now);
+    if (now == before && now != BlockDemand::kSome) continue;
+    const std::uint32_t first = blocks_[b].first_record;
+    for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
+      const bool is_wanted = now == BlockDemand::kAll || (now == BlockDemand::kSome && demand.is_in_focus(RecordId{r}));
+      if (is_wanted == ((flags_[r] & kFocus) != 0)) continue;
+      flags_[r] ^= kFocus;
+      if (is_wanted)
+        use(r);
+      else
+        leaving_.push_back(r);
+    }
+  }
+  for (const std::uint32_t r : leaving_)
+    release(r);
+}
+
+void RunningCut::use(std::uint32_t r) {
+  if (focus_uses_[r]++ != 0) return;
+  open_.assign(1, r);
+  while (!open_.empty()) {
+    const std::uint32_t entered = open_.back();
+    open_.pop_back();
+    touch(entered);
+    focus_size_ += size_of(entered);
+    if ((flags_[entered] & kAsked) != 0) candidates_[rank_of(entered).key] -= size_of(entered);
+    for (const RecordId parent : hierarchy_.content().refinement.parents(RecordId{entered}))
+      if (focus_uses_[parent.index()]++ == 0) open_.push_back(parent.index());
+  }
+}
+
+void RunningCut::release(std::uint32_t r) {
+  if (--focus_uses_[r] != 0) return;
+  open_.assign(1, r);
+  while (!open_.empty()) {
+    const std::uint32_t left = open_.back();
+    open_.pop_back();
+    touch(left);
+    focus_size_ -= size_of(left);
+    if ((flags_[left] & kAsked) != 0) candidates_[rank_of(left).key] += size_of(left);
+    for (const RecordId parent : hierarchy_.content().refinement.parents(RecordId{left}))
+      if (--focus_uses_[parent.index()] == 0) open_.push_back(parent.index());
+  }
+}
+
+void RunningCut::touch(std::uint32_t r) {
+  if ((flags_[r] & kTouched) != 0) return;
+  flags_[r] |= kTouched;
+  touched_.push_back(r);
+}
+
+// ---- error bounds ----
+
+void RunningCut::update_asked(const Demand& demand) {
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (is_met_[b] == 0) continue;
+    const BlockDemand now = demand.asked_of(blocks_[b]);
+    const BlockDemand before = std::exchange(asked_demand_[b], now);
+    if (now == before && now != BlockDemand::kSome) continue;
+    const std::uint32_t first = blocks_[b].first_record;
+    for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
+      const bool is_asked = now == BlockDemand::kAll || (now == BlockDemand::kSome && demand.is_asked(RecordId{r}));
+      if (is_asked == ((flags_[r] & kAsked) != 0)) continue;
+      flags_[r] ^= kAsked;
+      touch(r);
+      if (focus_uses_[r] != 0) continue;
+      if (is_asked)
+        candidates_[rank_of(r).key] += size_of(r);
+      else
+        candidates_[rank_of(r).key] -= size_of(r);
+    }
+  }
+}
+
+// ---- budgets ----
+
+// As find_cut does: blocks in the order of their largest key, until no unread one can hold a record that comes before
+// the first that does not fit.
+void RunningCut::spend_budget(const Demand& demand, std::shared_lock<std::shared_mutex>& lock) {
+  const Budget budget(hierarchy_, request_);
+  by_key_.clear();
+  for (std::uint32_t b = 0; b < blocks_.size(); ++b)
+    if (demand.asked_of(blocks_[b]) != BlockDemand::kNone) by_key_.emplace_back(blocks_[b].max_order, b);
+  std::sort(by_key_.rbegin(), by_key_.rend());
+  std::uint64_t expected = budget.expected_records();
+  OrderCode reach = budget.key_of_rank(by_key_, expected);
+  while (true) {
+    lock.unlock();
+    choose_blocks(reach);
+    hierarchy_.load(read_);
+    lock.lock();
+    if (meet_new_blocks()) {
+      update_focus(demand);
+      update_asked(demand);
+    }
+    order_records();
+    const std::optional<BudgetRank> end = find_end(budget);
+    const bool has_read_all = by_key_.empty() || reach <= by_key_.back().first;
+    if (end ? end->key >= reach : has_read_all) {
+      move_end(end);
+      stopped_by_budget_ = end.has_value();
+      choose_blocks(end ? end->key : OrderCode{0});
+      return;
+    }
+    expected *= 2;
+    reach =
+        end ? end->key : std::min<OrderCode>(budget.key_of_rank(by_key_, expected), static_cast<OrderCode>(reach - 1));
+  }
+}
+
+// Into read_: those of the focus, and those that may hold a record of order code `key` or larger; closed.
+void RunningCut::choose_blocks(OrderCode key) {
+  if (request_.origins) return;
+  read_ = focus_read_;
+  for (const auto& [block_key, b] : by_key_)
+    if (block_key >= key) read_[b] = 1;
+  hierarchy_.close(read_, open_);
+}
+
+// Records ascend in each block, blocks in the file: two stable passes of counting, by generation and by order code.
+void RunningCut::order_records() {
+  if (is_ordered_) return;
+  const file::Content& content = hierarchy_.content();
+  by_generation_.clear();
+  std::uint32_t generations = 0;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (is_met_[b] == 0) continue;
+    const std::uint32_t first = blocks_[b].first_record;
+    for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
+      by_generation_.push_back(r);
+      generations = std::max(generations, content.generation[r] + 1);
+    }
+  }
+  in_order_.resize(by_generation_.size());
+  const auto sort_by = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to, std::size_t keys,
+                           const auto& key_of) {
+    bucket_.assign(keys + 1, 0);
+    for (const std::uint32_t r : from)
+      ++bucket_[key_of(r) + 1];
+    for (std::size_t key = 1; key < bucket_.size(); ++key)
+      bucket_[key] += bucket_[key - 1];
+    for (const std::uint32_t r : from)
+      to[bucket_[key_of(r)]++] = r;
+  };
+  sort_by(by_generation_, in_order_, generations, [&](std::uint32_t r) { return content.generation[r]; });
+  by_generation_.swap(in_order_);
+  sort_by(by_generation_, in_order_, kMaxOrderCode + std::size_t{1},
+          [&](std::uint32_t r) { return static_cast<std::uint32_t>(kMaxOrderCode - content.order[r]); });
+  is_ordered_ = true;
+}
+
+std::size_t RunningCut::place_of(const std::optional<BudgetRank>& rank) const {
+  if (!rank) return in_order_.size();
+  const auto found =
+      std::partition_point(in_order_.begin(), in_order_.end(), [&](std::uint32_t r) { return rank_of(r) < *rank; });
+  return static_cast<std::size_t>(found - in_order_.begin());
+}
+
+// The first candidate that does not fit on top of the focus and of those before it.
+std::optional<BudgetRank> RunningCut::find_end(const Budget& budget) const {
+  AddedSize size = focus_size_;
+  std::size_t key = candidates_.size();
+  while (key > 0) {
+    AddedSize larger = size;
+    larger += candidates_[key - 1];
+    if (candidates_[key - 1].records > 0 && !budget.fits(larger)) break;
+    size = larger;
+    --key;
+  }
+  if (key == 0) return std::nullopt;
+  BudgetRank last{static_cast<OrderCode>(key - 1), 0, 0};
+  for (std::size_t i = place_of(last); i < in_order_.size(); ++i) {
+    const std::uint32_t r = in_order_[i];
+    if ((flags_[r] & kAsked) == 0 || focus_uses_[r] != 0) continue;
+    last = rank_of(r);
+    if (!budget.fits(size += size_of(r))) break;
+  }
+  return last;
+}
+
+void RunningCut::move_end(const std::optional<BudgetRank>& end) {
+  if (end || end_) {
+    order_records();
+    std::size_t from = place_of(end_), to = place_of(end);
+    if (from > to) std::swap(from, to);
+    for (std::size_t i = from; i < to; ++i)
+      if ((flags_[in_order_[i]] & kAsked) != 0) touch(in_order_[i]);
+  }
+  end_ = end;
+}
+
+} // namespace ptet

@@ -1,0 +1,100 @@
+// A cut that goes from request to request by what differs between them.
+//
+//   cut = closure over parents of { r : r in the focus }   +   { r : r is asked, before the end of the budget's order }
+//         counted: r is in it while it is wanted itself        closed as it is; a budget is a place in the order, which
+//         or a child of it is in it                            histograms of sizes by order code find
+//
+// The cut is that of find_cut, whatever the requests before.
+#pragma once
+
+#include "lod/budget.hpp"
+#include "lod/demand.hpp"
+
+#include <optional>
+
+namespace ptet {
+
+class RunningCut {
+public:
+  /// Of the base mesh. `hierarchy` must outlive it.
+  explicit RunningCut(Hierarchy& hierarchy);
+
+  /// Makes it the cut of `request`, reading the blocks that takes. The lock is held on return: what the cut needs is in
+  /// memory while it is. Throws what Hierarchy::load throws; the cut is then that of some request between.
+  [[nodiscard]] std::shared_lock<std::shared_mutex> set(const ResolvedRequest& request);
+
+  [[nodiscard]] bool contains(std::uint32_t r) const {
+    return focus_uses_[r] != 0 || ((flags_[r] & kAsked) != 0 && is_before_end(r));
+  }
+  /// Records that may have come in or gone out since they were last dropped from the list; each once.
+  [[nodiscard]] const std::vector<std::uint32_t>& touched() const { return touched_; }
+  /// Keeps of touched() those that `is_open(r)`.
+  template <class IsOpen>
+  void drop_touched(IsOpen&& is_open) {
+    std::erase_if(touched_, [&](std::uint32_t r) {
+      const bool keep = is_open(r);
+      if (!keep) flags_[r] &= static_cast<std::uint8_t>(~kTouched);
+      return !keep;
+    });
+  }
+  /// See Cut.
+  [[nodiscard]] const BlockSet& read() const { return read_; }
+  [[nodiscard]] bool is_stopped_by_budget() const { return stopped_by_budget_; }
+
+private:
+  static constexpr std::uint8_t kFocus = 1;   ///< wanted by the focus itself
+  static constexpr std::uint8_t kAsked = 2;   ///< of those that a budget is spent on
+  static constexpr std::uint8_t kTouched = 4; ///< in touched_
+
+  void read_closed(BlockSet& set);
+  bool meet_new_blocks();
+  void update_focus(const Demand& demand);
+  void update_asked(const Demand& demand);
+  void set_focus(std::uint32_t r, bool wanted);
+  void set_asked(std::uint32_t r, bool asked);
+  void use(std::uint32_t r);
+  void release(std::uint32_t r);
+  void touch(std::uint32_t r);
+
+  void spend_budget(const Demand& demand, std::shared_lock<std::shared_mutex>& lock);
+  void choose_blocks(OrderCode key);
+  void order_records();
+  [[nodiscard]] std::optional<BudgetRank> find_end(const Budget& budget) const;
+  void move_end(const std::optional<BudgetRank>& end);
+  [[nodiscard]] std::size_t place_of(const std::optional<BudgetRank>& rank) const;
+  [[nodiscard]] AddedSize size_of(std::uint32_t r) const {
+    return {1, hierarchy_.content().refinement.added_tet_count(RecordId{r})};
+  }
+  [[nodiscard]] BudgetRank rank_of(std::uint32_t r) const {
+    const file::Content& content = hierarchy_.content();
+    return {content.order[r], content.generation[r], r};
+  }
+  [[nodiscard]] bool is_before_end(std::uint32_t r) const { return !end_ || rank_of(r) < *end_; }
+
+  Hierarchy& hierarchy_;
+  const std::vector<file::BlockInfo>& blocks_;
+  ResolvedRequest request_; ///< the last one
+  bool is_stale_ = true;    ///< what follows is not that of the last request
+  BlockSet read_, focus_read_;
+  bool stopped_by_budget_ = false;
+
+  // By block.
+  std::vector<char> is_met_; ///< its records are counted in what follows
+  std::vector<BlockDemand> focus_demand_, asked_demand_;
+
+  // By record.
+  std::vector<std::uint8_t> flags_;
+  std::vector<std::uint32_t> focus_uses_; ///< wanted by the focus itself, and children that are in its closure
+  std::vector<std::uint32_t> touched_;
+  AddedSize focus_size_;
+  std::vector<AddedSize> candidates_; ///< by order code: records that are asked and not in the focus's closure
+  std::optional<BudgetRank> end_; ///< the first record that the budget is not spent on; none: there is no such record
+  std::vector<std::uint32_t> in_order_; ///< the records of the blocks met so far
+  bool is_ordered_ = true;
+
+  std::vector<std::uint32_t> open_, leaving_; // scratch
+  BlocksByOrder by_key_;
+  std::vector<std::uint32_t> bucket_, by_generation_;
+};
+
+} // namespace ptet

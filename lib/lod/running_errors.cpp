@@ -1,0 +1,100 @@
+#include "lod/running_errors.hpp"
+
+#include <algorithm>
+
+namespace ptet {
+
+RunningErrors::RunningErrors(const Hierarchy& hierarchy)
+    : hierarchy_(hierarchy), codes_(hierarchy.errors_per_record()), is_known_(hierarchy.blocks().size(), 0),
+      most_(hierarchy.blocks().size() * codes_),
+      squared_(hierarchy.header().has_squared_errors ? hierarchy.blocks().size() * (codes_ - 1) : 0),
+      field_error_(codes_ - 1), rms_error_(hierarchy.header().has_squared_errors ? codes_ - 1 : 0) {
+  for (const file::BlockInfo& block : hierarchy.blocks())
+    first_record_.push_back(block.first_record);
+}
+
+std::size_t RunningErrors::block_of(std::uint32_t r) const {
+  return static_cast<std::size_t>(std::upper_bound(first_record_.begin(), first_record_.end(), r) -
+                                  first_record_.begin()) -
+         1;
+}
+
+void RunningErrors::measure(std::size_t b, const std::vector<char>& applied) {
+  const file::BlockInfo& block = hierarchy_.blocks()[b];
+  const file::Content& content = hierarchy_.content();
+  ErrorCode16* const most = most_.data() + b * codes_;
+  std::fill_n(most, codes_, ErrorCode16{0});
+  for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+    if (applied[r] != 0) continue;
+    const ErrorCode16* const own = content.own.data() + r * codes_;
+    for (std::size_t i = 0; i < codes_; ++i)
+      most[i] = std::max(most[i], own[i]);
+  }
+}
+
+void RunningErrors::update(const std::vector<char>& applied, const BlockSet& read) {
+  const std::size_t fields = codes_ - 1;
+  const bool has_squares = !squared_.empty();
+  for (std::size_t b = 0; b < is_known_.size(); ++b) {
+    if (is_known_[b] != 0) continue;
+    is_known_[b] = 1;
+    if (hierarchy_.content().block_loaded[b] != 0)
+      measure(b, applied);
+    else
+      is_known_[b] = 0;
+    if (has_squares) sum_squared_errors(hierarchy_, applied, b, {squared_.data() + b * fields, fields});
+  }
+  std::size_t i = 0;
+  for (const file::ArrayInfo& array : hierarchy_.header().arrays) {
+    if (!array.governing) continue;
+    field_error_[i] = decode_error(largest(i, applied, read), array.range);
+    if (has_squares) {
+      SquaredErrorSum sum;
+      for (std::size_t b = 0; b < is_known_.size(); ++b)
+        sum += squared_[b * fields + i];
+      rms_error_[i] = sum.root(array.range);
+    }
+    ++i;
+  }
+  domain_error_ = decode_error(largest(i, applied, read), hierarchy_.header().diagonal);
+}
+
+// Of a block that was not read, the largest error of all its records counts; of the others, that of the frontier. The
+// block that promises most is looked at first: the others then seldom need to be.
+ErrorCode16 RunningErrors::largest(std::size_t code, const std::vector<char>& applied, const BlockSet& read) const {
+  const file::Content& content = hierarchy_.content();
+  const VersionKinds kind = code + 1 == codes_ ? kHasGhosts : kHasTets;
+  ErrorCode16 found = 0;
+  std::size_t most_at = 0;
+  ErrorCode16 most = 0;
+  for (std::size_t b = 0; b < read.size(); ++b) {
+    if (read[b] == 0)
+      found = std::max(found, hierarchy_.blocks()[b].max_error[code]);
+    else if (most_[b * codes_ + code] > most)
+      most = most_[(most_at = b) * codes_ + code];
+  }
+  const auto look_at = [&](std::size_t b) {
+    if (read[b] == 0 || most_[b * codes_ + code] <= found) return;
+    const file::BlockInfo& block = hierarchy_.blocks()[b];
+    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
+      if (const ErrorCode16 own = content.own[r * codes_ + code];
+          own > found && applied[r] == 0 && has_made(r, kind, applied))
+        found = own;
+  };
+  if (most > found) look_at(most_at);
+  for (std::size_t b = 0; b < read.size(); ++b)
+    look_at(b);
+  return found;
+}
+
+bool RunningErrors::has_made(std::uint32_t r, VersionKinds kind, const std::vector<char>& applied) const {
+  const Refinement& refinement = hierarchy_.content().refinement;
+  if ((refinement.base_kinds(RecordId{r}) & kind) != 0) return true;
+  const auto parents = refinement.parents(RecordId{r});
+  const auto kinds = refinement.parent_kinds(RecordId{r});
+  for (std::size_t i = 0; i < parents.size(); ++i)
+    if ((kinds[i] & kind) != 0 && applied[parents[i].index()] != 0) return true;
+  return false;
+}
+
+} // namespace ptet

@@ -1,0 +1,46 @@
+// The errors of a cut that changes: what can be told block by block is kept, and only what can matter is looked at.
+//
+// A cut's error is the largest of the records on its frontier: those that are not in it and have made something of its
+// mesh. Record r has if it is not in the cut and some version of C(r) is there: one of the base, or one that a parent
+// in the cut brought.
+#pragma once
+
+#include "lod/extraction.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace ptet {
+
+class RunningErrors {
+public:
+  /// Nothing is split. `hierarchy` must outlive it.
+  explicit RunningErrors(const Hierarchy& hierarchy);
+
+  /// To be called when record `r` came into the cut or went out.
+  void note(std::uint32_t r) { is_known_[block_of(r)] = 0; }
+  /// `applied`: by record; `read`: by block. The lock must be held.
+  void update(const std::vector<char>& applied, const BlockSet& read);
+
+  // See Extraction.
+  [[nodiscard]] const std::vector<double>& field_error() const { return field_error_; }
+  [[nodiscard]] const std::vector<double>& rms_error() const { return rms_error_; }
+  [[nodiscard]] double domain_error() const { return domain_error_; }
+
+private:
+  [[nodiscard]] std::size_t block_of(std::uint32_t r) const;
+  void measure(std::size_t block, const std::vector<char>& applied);
+  [[nodiscard]] ErrorCode16 largest(std::size_t code, const std::vector<char>& applied, const BlockSet& read) const;
+  [[nodiscard]] bool has_made(std::uint32_t r, VersionKinds kind, const std::vector<char>& applied) const;
+
+  const Hierarchy& hierarchy_;
+  std::size_t codes_;
+  std::vector<std::uint32_t> first_record_; ///< by block
+  std::vector<char> is_known_;              ///< by block: the two below are those of the cut
+  std::vector<ErrorCode16> most_;           ///< by block and code: largest own error of the records not in the cut
+  std::vector<SquaredErrorSum> squared_;    ///< by block and field
+  std::vector<double> field_error_, rms_error_;
+  double domain_error_ = 0;
+};
+
+} // namespace ptet

@@ -1,0 +1,182 @@
+#include "ptet/session.hpp"
+
+#include "lod/dataset_impl.hpp"
+#include "lod/extraction.hpp"
+#include "lod/running_cut.hpp"
+#include "lod/running_errors.hpp"
+#include "lod/slot_mesh.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace ptet {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+} // namespace
+
+class Session::Impl {
+public:
+  explicit Impl(std::shared_ptr<const Dataset> dataset)
+      : dataset_(std::move(dataset)), hierarchy_(dataset_->impl().hierarchy), cut_(hierarchy_), mesh_([this] {
+          const auto lock = hierarchy_.lock();
+          return SlotMesh(hierarchy_);
+        }()),
+        errors_(hierarchy_), applied_(hierarchy_.header().record_count, 0) {}
+
+  const SessionUpdate& update(const Request& request) {
+    const auto begin = Clock::now();
+    resolve(request, hierarchy_.header(), request_);
+    const auto lock = cut_.set(request_);
+    // The first update tells of the base mesh, too.
+    if (std::exchange(is_told_, true)) mesh_.forget_changes();
+    const std::uint64_t tets = result_.tets, vertices = result_.vertices;
+    result_ = {};
+    find_changes();
+    mesh_.make_room();
+    result_.complete = change(request.max_milliseconds, begin);
+    cut_.drop_touched([&](std::uint32_t r) { return cut_.contains(r) != (applied_[r] != 0); });
+    mesh_.show_unused_vertices(applied_count_ == applied_.size());
+    errors_.update(applied_, cut_.read());
+    describe();
+    result_.tets_added = result_.tets + result_.tets_removed - tets;
+    result_.vertices_added = result_.vertices + result_.vertices_removed - vertices;
+    result_.seconds = seconds_since(begin);
+    return result_;
+  }
+
+  Extraction extraction() const {
+    const auto begin = Clock::now();
+    const auto lock = hierarchy_.lock();
+    Extraction extraction =
+        extract_cut(hierarchy_, {applied_, applied_count_, cut_.read(), result_.limited_by}, request_.origins);
+    extraction.bytes_read = hierarchy_.bytes_read();
+    extraction.seconds = seconds_since(begin);
+    return extraction;
+  }
+
+  [[nodiscard]] const SlotMesh& mesh() const { return mesh_; }
+
+private:
+  // Collapses have the children first, splits the parents.
+  void find_changes() {
+    collapses_.clear();
+    splits_.clear();
+    for (const std::uint32_t r : cut_.touched())
+      if (cut_.contains(r) != (applied_[r] != 0)) (applied_[r] != 0 ? collapses_ : splits_).push_back(r);
+    sort_by_generation(collapses_);
+    std::reverse(collapses_.begin(), collapses_.end());
+    sort_by_generation(splits_);
+  }
+
+  void sort_by_generation(std::vector<std::uint32_t>& records) {
+    const std::vector<std::uint32_t>& generation = hierarchy_.content().generation;
+    bucket_.clear();
+    for (const std::uint32_t r : records) {
+      if (generation[r] + std::size_t{2} > bucket_.size()) bucket_.resize(generation[r] + std::size_t{2}, 0);
+      ++bucket_[generation[r] + 1];
+    }
+    for (std::size_t i = 1; i < bucket_.size(); ++i)
+      bucket_[i] += bucket_[i - 1];
+    sorted_.resize(records.size());
+    for (const std::uint32_t r : records)
+      sorted_[bucket_[generation[r]]++] = r;
+    records.swap(sorted_);
+  }
+
+  /// False when the time was up before all was done.
+  bool change(const std::optional<double>& max_milliseconds, Clock::time_point begin) {
+    constexpr std::size_t kBetweenLooks = 64;
+    std::size_t done = 0;
+    const auto is_time_up = [&] {
+      return max_milliseconds && ++done % kBetweenLooks == 0 && 1e3 * seconds_since(begin) > *max_milliseconds;
+    };
+    const std::uint64_t tets = mesh_.tet_count(), vertices = mesh_.vertex_count();
+    for (const std::uint32_t r : collapses_) {
+      if (is_time_up()) break;
+      mesh_.collapse(RecordId{r});
+      set_applied(r, false);
+    }
+    result_.tets_removed = tets - mesh_.tet_count();
+    result_.vertices_removed = vertices - mesh_.vertex_count();
+    const bool is_coarse = result_.collapses == collapses_.size();
+    for (const std::uint32_t r : splits_) {
+      if (!is_coarse || is_time_up()) break;
+      mesh_.split(RecordId{r});
+      set_applied(r, true);
+    }
+    return is_coarse && result_.splits == splits_.size();
+  }
+
+  void set_applied(std::uint32_t r, bool applied) {
+    applied_[r] = applied ? 1 : 0;
+    applied_count_ += applied ? 1U : ~0U;
+    ++(applied ? result_.splits : result_.collapses);
+    errors_.note(r);
+  }
+
+  void describe() {
+    result_.changed_tets = mesh_.changed_tets();
+    result_.changed_faces = mesh_.changed_faces();
+    result_.changed_vertices = mesh_.changed_vertices();
+    result_.tets = mesh_.tet_count();
+    result_.boundary_faces = mesh_.face_count();
+    result_.vertices = mesh_.vertex_count();
+    result_.field_error = errors_.field_error();
+    result_.rms_error = errors_.rms_error();
+    result_.domain_error = errors_.domain_error();
+    result_.limited_by = !result_.complete                   ? LimitedBy::kTime
+                         : applied_count_ == applied_.size() ? LimitedBy::kNothing
+                         : cut_.is_stopped_by_budget()       ? LimitedBy::kBudget
+                         : request_.has_bounds()             ? LimitedBy::kError
+                                                             : LimitedBy::kFocus;
+  }
+
+  std::shared_ptr<const Dataset> dataset_;
+  Hierarchy& hierarchy_;
+  ResolvedRequest request_;
+  RunningCut cut_;
+  SlotMesh mesh_;
+  RunningErrors errors_;
+  std::vector<char> applied_; ///< by record: what the mesh is split by
+  std::uint32_t applied_count_ = 0;
+  SessionUpdate result_;
+  bool is_told_ = false;
+  std::vector<std::uint32_t> collapses_, splits_;
+  std::vector<std::uint32_t> bucket_, sorted_; // scratch
+};
+
+Session::Session(std::shared_ptr<const Dataset> dataset) : impl_(std::make_unique<Impl>(std::move(dataset))) {}
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+const SessionUpdate& Session::update(const Request& request) {
+  return impl_->update(request);
+}
+std::span<const std::array<std::uint32_t, 4>> Session::tets() const {
+  return impl_->mesh().tets();
+}
+std::span<const std::array<std::uint32_t, 3>> Session::boundary_faces() const {
+  return impl_->mesh().boundary_faces();
+}
+std::span<const VertexId> Session::vertices() const {
+  return impl_->mesh().vertices();
+}
+const PointArray& Session::positions() const {
+  return impl_->mesh().positions();
+}
+std::span<const PointArray> Session::point_arrays() const {
+  return impl_->mesh().arrays();
+}
+Extraction Session::extraction() const {
+  return impl_->extraction();
+}
+
+} // namespace ptet

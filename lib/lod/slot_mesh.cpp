@@ -1,0 +1,167 @@
+#include "lod/slot_mesh.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace ptet {
+namespace {
+
+constexpr SlotMesh::TetSlots kNoTet = {SlotMesh::kUnused, SlotMesh::kUnused, SlotMesh::kUnused, SlotMesh::kUnused};
+constexpr SlotMesh::FaceSlots kNoFace = {SlotMesh::kUnused, SlotMesh::kUnused, SlotMesh::kUnused};
+
+void copy_row(const PointArray& from, std::size_t row, PointArray& to, std::size_t slot) {
+  const std::size_t bytes = from.row_bytes();
+  if ((slot + 1) * bytes > to.bytes.size()) to.bytes.resize((slot + 1) * bytes);
+  std::memcpy(to.bytes.data() + slot * bytes, from.bytes.data() + row * bytes, bytes);
+}
+
+} // namespace
+
+template <class Row>
+std::uint32_t SlotMesh::Slots<Row>::take(const Row& row, std::uint32_t now) {
+  std::uint32_t slot = 0;
+  if (free.empty()) {
+    slot = static_cast<std::uint32_t>(rows.size());
+    rows.push_back(row);
+    changed_at.push_back(0);
+    // So that giving back and telling never allocate.
+    if (free.capacity() < rows.capacity()) free.reserve(rows.capacity());
+    if (changed.capacity() < rows.capacity()) changed.reserve(rows.capacity());
+  } else {
+    slot = free.back();
+    free.pop_back();
+    rows[slot] = row;
+  }
+  tell(slot, now);
+  return slot;
+}
+
+template <class Row>
+void SlotMesh::Slots<Row>::release(std::uint32_t slot, const Row& unused, std::uint32_t now) {
+  rows[slot] = unused;
+  free.push_back(slot);
+  tell(slot, now);
+}
+
+SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
+  const file::Content& content = hierarchy_.content();
+  const Refinement& refinement = content.refinement;
+  positions_ = {content.positions.name, content.positions.type, content.positions.components, {}};
+  for (const PointArray& array : content.arrays)
+    arrays_.push_back({array.name, array.type, array.components, {}});
+  slot_of_vertex_.assign(content.positions.size(), kUnused);
+  make_room();
+  for (std::uint32_t t = 0; t < refinement.base_tet_count(); ++t)
+    for (const VertexId v : refinement.vertices(VersionId{t}))
+      slot_of_vertex_[v.index()] = 0;
+  for (std::uint32_t v = 0; v < refinement.base_vertex_count(); ++v)
+    if (slot_of_vertex_[v] != kUnused)
+      add_vertex(VertexId{v});
+    else
+      unused_.emplace_back(v);
+  const auto slot = [&](VertexId v) { return v == kDummyVertex ? kUnused : slot_of_vertex_[v.index()]; };
+  for (std::uint32_t t = 0; t < refinement.base_version_count(); ++t) {
+    const Tet& tet = refinement.vertices(VersionId{t});
+    const TetSlots slots = {slot(tet[0]), slot(tet[1]), slot(tet[2]), slot(tet[3])};
+    if (t < refinement.base_tet_count())
+      slot_of_place_[t] = tets_.take(slots, now_);
+    else
+      add_ghost(t, slots, static_cast<std::size_t>(std::find(tet.begin(), tet.end(), kDummyVertex) - tet.begin()));
+  }
+}
+
+void SlotMesh::make_room() {
+  slot_of_place_.resize(hierarchy_.content().refinement.place_count(), kUnused);
+}
+
+std::uint32_t SlotMesh::add_vertex(VertexId v) {
+  const file::Content& content = hierarchy_.content();
+  const std::uint32_t slot = vertices_.take(v, now_);
+  slot_of_vertex_[v.index()] = slot;
+  copy_row(content.positions, v.index(), positions_, slot);
+  for (std::size_t i = 0; i < arrays_.size(); ++i)
+    copy_row(content.arrays[i], v.index(), arrays_[i], slot);
+  return slot;
+}
+
+void SlotMesh::remove_vertex(VertexId v) {
+  vertices_.release(std::exchange(slot_of_vertex_[v.index()], kUnused), VertexId{}, now_);
+}
+
+void SlotMesh::show_unused_vertices(bool shown) {
+  if (std::exchange(shows_unused_, shown) == shown) return;
+  for (const VertexId v : unused_)
+    if (shown)
+      add_vertex(v);
+    else
+      remove_vertex(v);
+}
+
+// (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside.
+void SlotMesh::add_ghost(std::uint32_t place, const TetSlots& slots, std::size_t dummy_corner) {
+  slot_of_place_[place] =
+      faces_.take({slots[dummy_corner ^ 1U], slots[dummy_corner ^ 3U], slots[dummy_corner ^ 2U]}, now_);
+}
+
+void SlotMesh::replace(Place place, std::uint32_t from, std::uint32_t to) {
+  const std::uint32_t slot = slot_of_place_[place.index()];
+  if (place.is_ghost()) {
+    std::replace(faces_.rows[slot].begin(), faces_.rows[slot].end(), from, to);
+    faces_.tell(slot, now_);
+  } else {
+    std::replace(tets_.rows[slot].begin(), tets_.rows[slot].end(), from, to);
+    tets_.tell(slot, now_);
+  }
+}
+
+void SlotMesh::split(RecordId r) {
+  const Refinement& refinement = hierarchy_.content().refinement;
+  const std::uint32_t u = slot_of_vertex_[refinement.target(r).index()];
+  const std::uint32_t v = add_vertex(refinement.vertex_of(r));
+  for (const Place place : refinement.modified(r))
+    replace(place, u, v);
+  const std::span<const VertexId> rim = refinement.rim(r);
+  const auto slot = [&](VertexId w) { return w == kDummyVertex ? kUnused : slot_of_vertex_[w.index()]; };
+  std::uint32_t place = refinement.rim_place(r);
+  std::uint32_t a = slot(rim.front());
+  for (std::size_t i = 1; i <= rim.size(); ++i) {
+    const std::uint32_t b = slot(rim[i < rim.size() ? i : 0]);
+    if (a == kUnused || b == kUnused)
+      add_ghost(place, {v, u, a, b}, a == kUnused ? 2 : 3);
+    else
+      slot_of_place_[place] = tets_.take({v, u, a, b}, now_);
+    ++place;
+    a = b;
+  }
+}
+
+void SlotMesh::collapse(RecordId r) {
+  const Refinement& refinement = hierarchy_.content().refinement;
+  const std::uint32_t u = slot_of_vertex_[refinement.target(r).index()];
+  const std::uint32_t v = slot_of_vertex_[refinement.vertex_of(r).index()];
+  for (const Place place : refinement.modified(r))
+    replace(place, v, u);
+  const std::span<const VertexId> rim = refinement.rim(r);
+  // Backwards, so that splitting again takes the same slots.
+  for (std::size_t i = rim.size(); i-- > 0;) {
+    const std::uint32_t slot = slot_of_place_[refinement.rim_place(r) + i];
+    if (rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex)
+      faces_.release(slot, kNoFace, now_);
+    else
+      tets_.release(slot, kNoTet, now_);
+  }
+  remove_vertex(refinement.vertex_of(r));
+}
+
+void SlotMesh::forget_changes() {
+  tets_.changed.clear();
+  faces_.changed.clear();
+  vertices_.changed.clear();
+  if (++now_ != 0) return;
+  // Once in 2^32 updates.
+  for (std::vector<std::uint32_t>* stamps : {&tets_.changed_at, &faces_.changed_at, &vertices_.changed_at})
+    std::fill(stamps->begin(), stamps->end(), 0);
+  now_ = 1;
+}
+
+} // namespace ptet

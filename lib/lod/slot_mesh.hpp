@@ -1,0 +1,86 @@
+// The mesh of a cut in slots that stay: a split or a collapse changes the few tets around one edge and nothing else.
+//
+//   place of the hierarchy  ->  slot     tets()   boundary_faces()   vertices(), positions(), arrays()
+//                                         slots of their own kind, filled from the least up as far as the mesh was
+//                                         ever large; those that are not used wait in a list to be used next
+#pragma once
+
+#include "lod/hierarchy.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ptet {
+
+class SlotMesh {
+public:
+  using TetSlots = std::array<std::uint32_t, 4>;
+  using FaceSlots = std::array<std::uint32_t, 3>;
+  static constexpr std::uint32_t kUnused = 0xFFFFFFFF;
+
+  /// The base mesh. `hierarchy` must outlive it. Here and in what follows the hierarchy's lock must be held.
+  explicit SlotMesh(const Hierarchy& hierarchy);
+
+  /// To be called before the first split after records were read.
+  void make_room();
+  /// All parents of `r` are split, `r` is not.
+  void split(RecordId r);
+  /// `r` is split, none of those that depend on it is.
+  void collapse(RecordId r);
+  /// Whether the vertices that no tet of the base uses are there, too, as they are in the original.
+  void show_unused_vertices(bool shown);
+
+  [[nodiscard]] const std::vector<TetSlots>& tets() const { return tets_.rows; }
+  [[nodiscard]] const std::vector<FaceSlots>& boundary_faces() const { return faces_.rows; }
+  /// Ids in the file; none: unused.
+  [[nodiscard]] const std::vector<VertexId>& vertices() const { return vertices_.rows; }
+  [[nodiscard]] const PointArray& positions() const { return positions_; }
+  [[nodiscard]] const std::vector<PointArray>& arrays() const { return arrays_; }
+  [[nodiscard]] std::uint64_t tet_count() const { return tets_.used(); }
+  [[nodiscard]] std::uint64_t face_count() const { return faces_.used(); }
+  [[nodiscard]] std::uint64_t vertex_count() const { return vertices_.used(); }
+
+  /// From here on changes are told anew.
+  void forget_changes();
+  // Slots taken, freed or with something else in them; each once.
+  [[nodiscard]] std::span<const std::uint32_t> changed_tets() const { return tets_.changed; }
+  [[nodiscard]] std::span<const std::uint32_t> changed_faces() const { return faces_.changed; }
+  [[nodiscard]] std::span<const std::uint32_t> changed_vertices() const { return vertices_.changed; }
+
+private:
+  template <class Row>
+  struct Slots {
+    std::vector<Row> rows;
+    std::vector<std::uint32_t> free;
+    std::vector<std::uint32_t> changed;
+    std::vector<std::uint32_t> changed_at; ///< by slot: the number of the changes it was last told in
+
+    [[nodiscard]] std::uint64_t used() const { return rows.size() - free.size(); }
+    std::uint32_t take(const Row& row, std::uint32_t now);
+    void release(std::uint32_t slot, const Row& unused, std::uint32_t now);
+    void tell(std::uint32_t slot, std::uint32_t now) {
+      if (std::exchange(changed_at[slot], now) != now) changed.push_back(slot);
+    }
+  };
+
+  std::uint32_t add_vertex(VertexId v);
+  void remove_vertex(VertexId v);
+  void replace(Place place, std::uint32_t from, std::uint32_t to);
+  void add_ghost(std::uint32_t place, const std::array<std::uint32_t, 4>& slots, std::size_t dummy_corner);
+
+  const Hierarchy& hierarchy_;
+  Slots<TetSlots> tets_;
+  Slots<FaceSlots> faces_;
+  Slots<VertexId> vertices_;
+  PointArray positions_;
+  std::vector<PointArray> arrays_;
+  std::vector<std::uint32_t> slot_of_place_;  ///< of a tet or a face, as the place is one's or the other's
+  std::vector<std::uint32_t> slot_of_vertex_; ///< by id in the file
+  std::vector<VertexId> unused_;              ///< base vertices of no base tet
+  bool shows_unused_ = false;
+  std::uint32_t now_ = 1;
+};
+
+} // namespace ptet

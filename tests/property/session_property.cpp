@@ -1,0 +1,129 @@
+// One session through many random requests: at each the mesh must be the one that a fresh extraction gives.
+#include "formats/ptet/writer.hpp"
+#include "ptet/session.hpp"
+#include "support/mesh_checks.hpp"
+#include "support/meshes.hpp"
+#include "support/naive_simplifier.hpp"
+#include "support/session_checks.hpp"
+#include "support/stream_extras.hpp"
+
+#include <thread>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+
+namespace {
+
+struct Sample {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+// With dependencies between any two records and squared errors; many blocks, so that they are read one after the other.
+const std::vector<Sample>& samples() {
+  static const std::vector<Sample> made = [] {
+    std::vector<Sample> list;
+    for (const auto& [name, mesh] : test::sample_meshes(29)) {
+      RecordStream stream = test::simplify_naively(mesh);
+      test::add_random_dependencies(stream, 31);
+      test::add_random_squared_errors(stream, 37);
+      list.push_back({name, file::encode(mesh, stream, {"test", name, "", {}, {}})});
+    }
+    return list;
+  }();
+  return made;
+}
+
+/// Conforming, whatever it is that the session stopped at.
+void check_is_conforming(const Session& session) {
+  const Extraction now = session.extraction();
+  const test::MeshFacts facts = test::examine(now.mesh);
+  CHECK(facts.repeated_tets == 0);
+  CHECK(facts.crowded_faces == 0);
+  CHECK(facts.folded_faces == 0);
+  std::vector<test::Face> boundary;
+  for (const test::Face& face : now.boundary_faces)
+    boundary.push_back(test::turned(face));
+  std::sort(boundary.begin(), boundary.end());
+  CHECK(boundary == facts.boundary);
+}
+
+} // namespace
+
+TEST_CASE("a session goes from any request to any other") {
+  for (const Sample& sample : samples()) {
+    const auto shared = Dataset::open_memory(sample.bytes);
+    Session session(shared);
+    test::SlotCopy copy;
+    test::RandomRequests requests(shared->info(), 101);
+    for (int i = 0; i < 150; ++i) {
+      INFO(sample.name << ", request " << i);
+      const Request request = requests.next();
+      const SessionUpdate& update = session.update(request);
+      REQUIRE(test::difference(session, update, Dataset::open_memory(sample.bytes)->extract(request)) == "");
+      copy.follow(session, update);
+      REQUIRE(copy.difference(session) == "");
+      const std::uint64_t tets = update.tets;
+      const SessionUpdate& again = session.update(request);
+      REQUIRE(again.splits + again.collapses + again.changed_tets.size() + again.changed_vertices.size() == 0);
+      REQUIRE(again.tets == tets);
+    }
+  }
+}
+
+TEST_CASE("a session without time stops at a mesh, and gets there in the end") {
+  for (const Sample& sample : samples()) {
+    INFO(sample.name);
+    const auto shared = Dataset::open_memory(sample.bytes);
+    Session session(shared);
+    test::SlotCopy copy;
+    test::RandomRequests requests(shared->info(), 103);
+    int stopped = 0;
+    for (int i = 0; i < 40; ++i) {
+      Request request = requests.next();
+      request.max_milliseconds = 0;
+      // A request is left for the next one before it is met, at times.
+      for (int updates = 0; updates < (i % 3 == 0 ? 1 : 100); ++updates) {
+        const SessionUpdate& update = session.update(request);
+        copy.follow(session, update);
+        REQUIRE(copy.difference(session) == "");
+        check_is_conforming(session);
+        CHECK((update.limited_by == LimitedBy::kTime) == !update.complete);
+        if (update.complete) {
+          REQUIRE(test::difference(session, update, shared->extract(request)) == "");
+          break;
+        }
+        REQUIRE(update.splits + update.collapses > 0);
+        ++stopped;
+      }
+    }
+    CHECK(stopped > 10);
+  }
+}
+
+TEST_CASE("sessions of many threads share a dataset") {
+  for (const Sample& sample : samples()) {
+    INFO(sample.name);
+    const auto shared = Dataset::open_memory(sample.bytes);
+    std::vector<Session> sessions;
+    std::vector<std::string> found(8);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      sessions.emplace_back(shared);
+    const auto run = [&](std::size_t first) {
+      for (std::size_t i = first; i < sessions.size(); i += 2) {
+        test::RandomRequests requests(shared->info(), static_cast<unsigned>(i));
+        for (int k = 0; k < 10 && found[i].empty(); ++k) {
+          const Request request = requests.next();
+          const SessionUpdate& update = sessions[i].update(request);
+          found[i] = test::difference(sessions[i], update, shared->extract(request));
+        }
+      }
+    };
+    std::thread other(run, 1);
+    run(0);
+    other.join();
+    for (const std::string& difference : found)
+      CHECK(difference == "");
+  }
+}

@@ -1,0 +1,167 @@
+#include "support/session_checks.hpp"
+
+#include "support/mesh_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace ptet::test {
+namespace {
+
+constexpr std::uint32_t kUnused = Session::kUnused;
+
+template <class Row>
+bool is_unused(const Row& row) {
+  return std::all_of(row.begin(), row.end(), [](std::uint32_t slot) { return slot == kUnused; });
+}
+
+/// Ids in the file for the slots of a row; a slot that is not used gives none.
+template <std::size_t Corners>
+std::array<VertexId, Corners> named(const Session& session, const std::array<std::uint32_t, Corners>& row) {
+  std::array<VertexId, Corners> ids;
+  for (std::size_t i = 0; i < Corners; ++i)
+    if (row[i] < session.vertices().size()) ids[i] = session.vertices()[row[i]];
+  return ids;
+}
+
+template <class Row>
+std::vector<Row> sorted(std::vector<Row> rows) {
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
+bool same_row(const PointArray& a, std::size_t row_a, const PointArray& b, std::size_t row_b) {
+  return a.name == b.name && a.type == b.type && a.components == b.components &&
+         std::memcmp(a.bytes.data() + row_a * a.row_bytes(), b.bytes.data() + row_b * b.row_bytes(), a.row_bytes()) ==
+             0;
+}
+
+std::string differing_vertices(const Session& session, const Extraction& fresh) {
+  std::vector<std::pair<VertexId, std::uint32_t>> slots;
+  for (std::uint32_t slot = 0; slot < session.vertices().size(); ++slot)
+    if (!session.vertices()[slot].is_none()) slots.emplace_back(session.vertices()[slot], slot);
+  std::sort(slots.begin(), slots.end());
+  if (slots.size() != fresh.vertex_in_file.size()) return "number of vertices";
+  for (std::size_t v = 0; v < slots.size(); ++v) {
+    const auto [id, slot] = slots[v];
+    if (id != fresh.vertex_in_file[v]) return "vertices";
+    if (!same_row(session.positions(), slot, fresh.mesh.positions, v)) return "positions";
+    for (std::size_t i = 0; i < fresh.mesh.point_arrays.size(); ++i)
+      if (!same_row(session.point_arrays()[i], slot, fresh.mesh.point_arrays[i], v)) return "point arrays";
+  }
+  return {};
+}
+
+std::string differing_tets(const Session& session, const Extraction& fresh) {
+  std::vector<Tet> mine, theirs;
+  for (const auto& row : session.tets())
+    if (!is_unused(row)) mine.push_back(sorted_keeping_orientation(named(session, row)));
+  for (Tet tet : fresh.mesh.tets) {
+    for (VertexId& v : tet)
+      v = fresh.vertex_in_file[v.index()];
+    theirs.push_back(sorted_keeping_orientation(tet));
+  }
+  if (sorted(std::move(mine)) != sorted(std::move(theirs))) return "tets";
+  std::vector<Face> my_faces, their_faces;
+  for (const auto& row : session.boundary_faces())
+    if (!is_unused(row)) my_faces.push_back(turned(named(session, row)));
+  for (Face face : fresh.boundary_faces) {
+    for (VertexId& v : face)
+      v = fresh.vertex_in_file[v.index()];
+    their_faces.push_back(turned(face));
+  }
+  if (sorted(std::move(my_faces)) != sorted(std::move(their_faces))) return "boundary faces";
+  return {};
+}
+
+bool same(const PointArray& a, const PointArray& b) {
+  return a.name == b.name && a.bytes == b.bytes;
+}
+
+std::string differing_extraction(const Extraction& mine, const Extraction& fresh) {
+  const bool same_arrays = std::equal(mine.mesh.point_arrays.begin(), mine.mesh.point_arrays.end(),
+                                      fresh.mesh.point_arrays.begin(), fresh.mesh.point_arrays.end(), same);
+  if (!same_arrays || !same(mine.mesh.positions, fresh.mesh.positions)) return "arrays of the extraction";
+  if (mine.mesh.tets != fresh.mesh.tets) return "tets of the extraction";
+  if (mine.boundary_faces != fresh.boundary_faces) return "boundary faces of the extraction";
+  if (mine.vertex_in_file != fresh.vertex_in_file) return "vertices of the extraction";
+  if (mine.made_by != fresh.made_by) return "origins of the extraction";
+  if (mine.field_error != fresh.field_error || mine.rms_error != fresh.rms_error ||
+      mine.domain_error != fresh.domain_error || mine.limited_by != fresh.limited_by)
+    return "errors of the extraction";
+  return {};
+}
+
+/// Fills `copy` up to the size of `slots`, and its changed slots anew.
+template <class Row>
+void take(std::vector<Row>& copy, std::span<const Row> slots, std::span<const std::uint32_t> changed,
+          const Row& unused) {
+  copy.resize(slots.size(), unused);
+  for (const std::uint32_t slot : changed)
+    copy.at(slot) = slots[slot];
+}
+
+} // namespace
+
+std::string difference(const Session& session, const SessionUpdate& update, const Extraction& fresh) {
+  if (std::string found = differing_vertices(session, fresh); !found.empty()) return found;
+  if (std::string found = differing_tets(session, fresh); !found.empty()) return found;
+  if (update.tets != fresh.mesh.tets.size() || update.vertices != fresh.mesh.vertex_count() ||
+      update.boundary_faces != fresh.boundary_faces.size())
+    return "counts";
+  if (!std::equal(update.field_error.begin(), update.field_error.end(), fresh.field_error.begin(),
+                  fresh.field_error.end()))
+    return "field errors";
+  if (!std::equal(update.rms_error.begin(), update.rms_error.end(), fresh.rms_error.begin(), fresh.rms_error.end()))
+    return "RMS errors";
+  if (update.domain_error != fresh.domain_error) return "domain error";
+  if (update.limited_by != fresh.limited_by) return "what limited it";
+  if (!update.complete) return "it is not complete";
+  return differing_extraction(session.extraction(), fresh);
+}
+
+void SlotCopy::follow(const Session& session, const SessionUpdate& update) {
+  take(tets_, session.tets(), update.changed_tets, {kUnused, kUnused, kUnused, kUnused});
+  take(faces_, session.boundary_faces(), update.changed_faces, {kUnused, kUnused, kUnused});
+  take(vertices_, session.vertices(), update.changed_vertices, VertexId{});
+}
+
+std::string SlotCopy::difference(const Session& session) const {
+  const auto same_slots = [](const auto& copy, const auto& slots) {
+    return std::equal(copy.begin(), copy.end(), slots.begin(), slots.end());
+  };
+  if (!same_slots(tets_, session.tets())) return "a tet changed and was not told";
+  if (!same_slots(faces_, session.boundary_faces())) return "a boundary face changed and was not told";
+  if (!same_slots(vertices_, session.vertices())) return "a vertex changed and was not told";
+  return {};
+}
+
+Request RandomRequests::next() {
+  Request request;
+  const unsigned kind = random_() % 8;
+  const std::string name = info_.fields.empty() || random_() % 2 == 0 ? "" : info_.fields.front().name;
+  if (kind == 0 || kind == 4 || kind == 6) request.field_error.push_back({name, {std::pow(uniform(), 4), true}});
+  if (kind == 1) request.domain_error = Bound{std::pow(uniform(), 3) * 0.02, true};
+  if (kind == 2 || kind == 6) request.max_tets = random_() % (info_.tets + 10);
+  if (kind == 3) request.max_vertices = random_() % (info_.vertices + 10);
+  for (unsigned i = kind == 4 || kind == 5 ? 1 + random_() % 2 : random_() % 2; i > 0; --i)
+    request.focus.push_back(region());
+  if (!request.focus.empty() && random_() % 4 == 0) request.focus_error = {std::pow(uniform(), 4), true};
+  request.origins = random_() % 8 == 0;
+  return request;
+}
+
+FocusRegion RandomRequests::region() {
+  Point centre{};
+  for (std::size_t i = 0; i < 3; ++i)
+    centre[i] = info_.box_min[i] + uniform() * (info_.box_max[i] - info_.box_min[i]);
+  const double size = std::pow(uniform(), 3) * 0.4 * info_.diagonal;
+  if (random_() % 2 == 0) return Sphere{centre, size};
+  Box box{centre, centre};
+  for (double& x : box.max)
+    x += size * (0.2 + uniform());
+  return box;
+}
+
+} // namespace ptet::test
