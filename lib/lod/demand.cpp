@@ -33,7 +33,9 @@ bool Demand::is_in_focus(RecordId r) const {
     return false;
   const auto [min, max] = hierarchy_.star_box(r);
   return std::any_of(request_.focus.begin(), request_.focus.end(), [&](const FocusRegion& region) {
-    return meets(region, min, max) && (contains(region, min, max) || star_meets(region, r));
+    if (!meets(region, min, max)) return false;
+    const Point v = hierarchy_.position(hierarchy_.content().refinement.vertex_of(r));
+    return contains(region, v, v) || star_meets(region, r);
   });
 }
 

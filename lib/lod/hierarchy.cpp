@@ -117,7 +117,11 @@ void Hierarchy::measure_stars(const file::BlockInfo& block) {
 
 Point Hierarchy::position(VertexId v) const {
   const PointArray& positions = content_.positions;
-  return {positions.value(v.index(), 0), positions.value(v.index(), 1), positions.value(v.index(), 2)};
+  if (positions.type != ScalarType::kFloat32)
+    return {positions.value(v.index(), 0), positions.value(v.index(), 1), positions.value(v.index(), 2)};
+  // The usual one, without a look at the type for each coordinate.
+  const std::byte* const row = positions.bytes.data() + v.index() * (3 * sizeof(float));
+  return {ptet::load<float>(row), ptet::load<float>(row + sizeof(float)), ptet::load<float>(row + 2 * sizeof(float))};
 }
 
 std::pair<Point, Point> Hierarchy::star_box(RecordId r) const {

@@ -18,6 +18,11 @@ Point cross(const Point& a, const Point& b) {
 double dot(const Point& a, const Point& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
+double length(const Point& a) {
+  // std::hypot is slow, and needed only where squares would overflow or vanish.
+  const double squared = dot(a, a);
+  return squared > 1e-200 && squared < 1e200 ? std::sqrt(squared) : std::hypot(a[0], a[1], a[2]);
+}
 double magnitude(const Point& axis, const Point& p) {
   return std::fabs(axis[0] * p[0]) + std::fabs(axis[1] * p[1]) + std::fabs(axis[2] * p[2]);
 }
@@ -110,13 +115,13 @@ bool meets(const FocusRegion& region, const Point& min, const Point& max) {
     return true;
   }
   const Sphere& sphere = std::get<Sphere>(region);
-  double distance = 0, most = sphere.radius;
+  Point outside{};
+  double most = sphere.radius;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double outside = std::max({min[i] - sphere.centre[i], sphere.centre[i] - max[i], 0.0});
-    distance = std::hypot(distance, outside); // squares of large numbers would overflow
+    outside[i] = std::max({min[i] - sphere.centre[i], sphere.centre[i] - max[i], 0.0});
     most = std::max({most, std::fabs(sphere.centre[i]), std::fabs(min[i]), std::fabs(max[i])});
   }
-  return !(distance > sphere.radius + kSlack * most);
+  return !(length(outside) > sphere.radius + kSlack * most);
 }
 
 bool contains(const FocusRegion& region, const Point& min, const Point& max) {
@@ -126,12 +131,13 @@ bool contains(const FocusRegion& region, const Point& min, const Point& max) {
     return true;
   }
   const Sphere& sphere = std::get<Sphere>(region);
-  double distance = 0, most = sphere.radius;
+  Point furthest{};
+  double most = sphere.radius;
   for (std::size_t i = 0; i < 3; ++i) {
-    distance = std::hypot(distance, std::max(max[i] - sphere.centre[i], sphere.centre[i] - min[i]));
+    furthest[i] = std::max(max[i] - sphere.centre[i], sphere.centre[i] - min[i]);
     most = std::max({most, std::fabs(sphere.centre[i]), std::fabs(min[i]), std::fabs(max[i])});
   }
-  return distance < sphere.radius - kSlack * most;
+  return length(furthest) < sphere.radius - kSlack * most;
 }
 
 } // namespace ptet
