@@ -2,33 +2,12 @@
 
 #include "lod/dataset_impl.hpp"
 #include "lod/extraction.hpp"
+#include "lod/provenance.hpp"
 
 #include <chrono>
 
-#include <nlohmann/json.hpp>
-
 namespace ptet {
 namespace {
-
-std::string to_json(const file::Manifest& manifest) {
-  nlohmann::ordered_json json = {{"tool_version", manifest.tool_version},
-                                 {"source_name", manifest.source_name},
-                                 {"source_hash", manifest.source_hash},
-                                 {"options", nlohmann::ordered_json::object()},
-                                 {"notes", manifest.notes}};
-  // An option that was given more than once has a list.
-  for (const auto& [name, value] : manifest.options) {
-    nlohmann::ordered_json& option = json["options"][name];
-    if (option.is_null())
-      option = value;
-    else if (option.is_array())
-      option.push_back(value);
-    else
-      option = {option, value};
-  }
-  // What the file calls text need not be any.
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
 
 DatasetInfo describe(const Hierarchy& hierarchy) {
   const file::Header& header = hierarchy.header();
