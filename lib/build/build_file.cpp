@@ -2,6 +2,7 @@
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/writer.hpp"
 #include "mesh/prepare.hpp"
+#include "ptet/build.hpp"
 #include "ptet/version.hpp"
 
 #include <charconv>
@@ -41,6 +42,34 @@ std::vector<std::pair<std::string, std::string>> describe(const BuildOptions& op
   return described;
 }
 
+/// All that goes into a file, and the report of how it was made.
+struct Built {
+  PreparedMesh prepared;
+  RecordStream records;
+  file::Manifest manifest;
+};
+
+Built collapse_all(TetMesh mesh, const BuildOptions& options, const std::string& source_name,
+                   const std::string& source_hash, BuildReport& report, const ProgressCallback& progress) {
+  report.input_vertices = mesh.vertex_count();
+  report.input_tets = mesh.tets.size();
+  Built built;
+  built.prepared = prepare(std::move(mesh));
+  report.notes = built.prepared.notes;
+  built.records = build::build_records(built.prepared, options, report, progress);
+
+  built.manifest.tool_version = kVersion;
+  built.manifest.source_name = source_name;
+  built.manifest.source_hash = source_hash;
+  built.manifest.options = describe(options, built.prepared, built.records);
+  built.manifest.notes = report.notes;
+  return built;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 } // namespace
 
 BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions& options,
@@ -48,21 +77,24 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
                        const ProgressCallback& progress) {
   const auto start = std::chrono::steady_clock::now();
   BuildReport report;
-  report.input_vertices = mesh.vertex_count();
-  report.input_tets = mesh.tets.size();
-  const PreparedMesh prepared = prepare(std::move(mesh));
-  report.notes = prepared.notes;
-  const RecordStream records = build::build_records(prepared, options, report, progress);
-
-  file::Manifest manifest;
-  manifest.tool_version = kVersion;
-  manifest.source_name = source_name;
-  manifest.source_hash = source_hash;
-  manifest.options = describe(options, prepared, records);
-  manifest.notes = report.notes;
-  report.file_bytes = file::write(path, prepared.mesh, records, manifest, progress);
-  report.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const Built built = collapse_all(std::move(mesh), options, source_name, source_hash, report, progress);
+  report.file_bytes = file::write(path, built.prepared.mesh, built.records, built.manifest, progress);
+  report.total_seconds = seconds_since(start);
   return report;
+}
+
+std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options, BuildReport* report,
+                                    const std::string& source_name, const std::string& source_hash,
+                                    const ProgressCallback& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  BuildReport own_report;
+  BuildReport& filled = report != nullptr ? *report : own_report;
+  filled = {};
+  const Built built = collapse_all(std::move(mesh), options, source_name, source_hash, filled, progress);
+  std::vector<std::byte> bytes = file::encode(built.prepared.mesh, built.records, built.manifest, progress);
+  filled.file_bytes = bytes.size();
+  filled.total_seconds = seconds_since(start);
+  return bytes;
 }
 
 } // namespace ptet

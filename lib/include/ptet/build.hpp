@@ -135,4 +135,14 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
                        const std::string& source_name = {}, const std::string& source_hash = {},
                        const ProgressCallback& progress = {});
 
+/// The same without a file: returns the bytes that build_file would write, which Dataset::open_memory opens. With the
+/// same source_name and source_hash they are equal, byte for byte.
+///
+/// `report`: where the report of the build goes, or nullptr. Throws Error as build_file does, but for kIo; when it
+/// throws, `*report` may hold a part of a report.
+[[nodiscard]] std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options = {},
+                                                  BuildReport* report = nullptr, const std::string& source_name = {},
+                                                  const std::string& source_hash = {},
+                                                  const ProgressCallback& progress = {});
+
 } // namespace ptet
