@@ -68,6 +68,24 @@ private:
   std::vector<std::byte> bytes_;
 };
 
+class UserSource final : public Source {
+public:
+  explicit UserSource(std::shared_ptr<ByteSource> source) : source_(std::move(source)) {
+    if (!source_) throw Error(ErrorCode::kBadArgument, "there is no source to read from");
+    size_ = source_->size();
+  }
+  [[nodiscard]] std::uint64_t size() const override { return size_; }
+  void read(std::uint64_t offset, std::span<std::byte> into) override {
+    if (offset > size_ || into.size() > size_ - offset)
+      throw Error(ErrorCode::kIo, "cannot read beyond the end of the source", offset);
+    if (!into.empty()) source_->read(offset, into);
+  }
+
+private:
+  std::shared_ptr<ByteSource> source_;
+  std::uint64_t size_ = 0;
+};
+
 } // namespace
 
 std::unique_ptr<Source> open_file(const std::string& path) {
@@ -76,6 +94,10 @@ std::unique_ptr<Source> open_file(const std::string& path) {
 
 std::unique_ptr<Source> over_memory(std::vector<std::byte> bytes) {
   return std::make_unique<MemorySource>(std::move(bytes));
+}
+
+std::unique_ptr<Source> over(std::shared_ptr<ByteSource> source) {
+  return std::make_unique<UserSource>(std::move(source));
 }
 
 } // namespace ptet::file

@@ -1,5 +1,7 @@
-// Where a .ptet file's bytes come from: a file, or memory.
+// Where a .ptet file's bytes come from: a file, memory, or a user's own source.
 #pragma once
+
+#include "ptet/source.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -21,5 +23,7 @@ public:
 /// Throws Error(kIo) when the file cannot be opened; the message names it.
 [[nodiscard]] std::unique_ptr<Source> open_file(const std::string& path);
 [[nodiscard]] std::unique_ptr<Source> over_memory(std::vector<std::byte> bytes);
+/// Throws Error(kBadArgument) when there is none.
+[[nodiscard]] std::unique_ptr<Source> over(std::shared_ptr<ByteSource> source);
 
 } // namespace ptet::file

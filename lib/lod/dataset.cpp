@@ -63,6 +63,10 @@ std::shared_ptr<const Dataset> Dataset::open_memory(std::vector<std::byte> bytes
   return std::make_shared<const Dataset>(std::make_unique<Impl>(file::over_memory(std::move(bytes))));
 }
 
+std::shared_ptr<const Dataset> Dataset::open(std::shared_ptr<ByteSource> source) {
+  return std::make_shared<const Dataset>(std::make_unique<Impl>(file::over(std::move(source))));
+}
+
 const DatasetInfo& Dataset::info() const {
   return impl_->info;
 }

@@ -10,6 +10,7 @@
 #include "ptet/error.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
+#include "ptet/source.hpp"
 
 #include <memory>
 #include <optional>
@@ -132,6 +133,8 @@ public:
   [[nodiscard]] static std::shared_ptr<const Dataset> open(const std::string& path);
   /// The same over bytes in memory, which are copied.
   [[nodiscard]] static std::shared_ptr<const Dataset> open_memory(std::vector<std::byte> bytes);
+  /// The same over a user's own source. Throws also what its functions throw.
+  [[nodiscard]] static std::shared_ptr<const Dataset> open(std::shared_ptr<ByteSource> source);
 
   [[nodiscard]] const DatasetInfo& info() const;
 
