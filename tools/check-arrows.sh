@@ -15,10 +15,12 @@ forbid() {
   fi
 }
 
-sources() { find "$@" -type f \( -name '*.cpp' -o -name '*.hpp' \) 2>/dev/null | sort; }
+sources() { find "$@" -type f \( -name '*.cpp' -o -name '*.hpp' -o -name '*.h' \) 2>/dev/null | sort; }
 
 mapfile -t lod < <(sources lib/lod)
 mapfile -t build < <(sources lib/build)
+mapfile -t c_run_time < <(find lib/capi -name '*.?pp' ! -name build.cpp)
+mapfile -t c_build < <(sources lib/capi/build.cpp)
 mapfile -t record < <(sources lib/record)
 mapfile -t ground < <(sources lib/mesh lib/error)
 mapfile -t all_lib < <(sources lib)
@@ -29,6 +31,9 @@ mapfile -t public < <(sources lib/include)
 offline='OpenMesh/|vtk|CGAL/|tbb/|oneapi/|boost/(filesystem|iostreams|program_options|thread|log|regex)'
 forbid "lod does not know build" 'build/|ptet/build\.hpp|formats/ptet/writer\.hpp' "${lod[@]}"
 forbid "build does not know lod" 'lod/|ptet/dataset\.hpp|formats/ptet/reader\.hpp' "${build[@]}"
+forbid "the C interface stands on the public one" '(lod|build|record|formats)/' "${c_run_time[@]}" "${c_build[@]}"
+forbid "the C interface of the run-time library does not know build" 'ptet/(ptet_)?build\.h' "${c_run_time[@]}"
+forbid "the C interface of the builder does not know lod" 'ptet/(dataset|request|session)\.hpp' "${c_build[@]}"
 forbid "records do not know formats" 'formats/|build/|lod/' "${record[@]}"
 forbid "mesh and error are the ground floor" 'formats/|build/|lod/|record/' "${ground[@]}"
 forbid "the library does not know the tools" '(.*/)?tools/' "${all_lib[@]}" "${all_formats[@]}"

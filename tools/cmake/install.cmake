@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 
 set(ptet_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ptet)
 
-install(DIRECTORY lib/include/ptet DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY lib/include/ptet DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 install(TARGETS ptet_runtime EXPORT ptet-runtime-targets)
 install(TARGETS ptet_build EXPORT ptet-build-targets)
 foreach(part runtime build)

@@ -1,0 +1,267 @@
+/* The C interface of the run-time library: open a .ptet file, say what is asked of it, take the mesh out.
+ *
+ *   ptet_dataset --ptet_dataset_extract(ptet_request)--> ptet_extraction: arrays that are read in place
+ *
+ * It is meant to be called from any language: opaque handles, fixed-width integers, structs of plain members without
+ * bit fields, callbacks that get a pointer of their user's; nothing here must be expanded by a preprocessor.
+ *
+ * Handles  Each kind has its own function to free it, which does nothing for NULL. Handles do not depend on one
+ *          another: an extraction outlives its dataset. Pointers that a function returns belong to the handle they come
+ *          from and are valid until it is freed (for a request: there are none).
+ * Errors   What can fail returns a ptet_status, PTET_OK or what went wrong, and takes as its last argument where to put
+ *          an error object that says more; that argument may be NULL. On success NULL is put there, on failure a new
+ *          object, to be freed by ptet_error_free; what was there before is not looked at. Where a handle is made it is
+ *          NULL after a failure. No exception leaves a function, and a NULL handle is an error, not a crash; functions
+ *          that cannot fail answer 0, NULL, "" or NaN for a NULL handle.
+ * Structs  The first member of a struct is its size in bytes as the caller knows it; it must be set before every call.
+ *          Members that a later version adds come at the end: a library that does not know them sets them to 0, and
+ *          one that knows more than the caller leaves them out.
+ * Text     UTF-8 as the file has it, ended by a NUL.
+ * Threads  Any number of threads may use one ptet_dataset at a time. Any other handle: any number of threads may read
+ *          it (functions that take it const), or one may change it. Callbacks must not call into the handles that the
+ *          running call uses. Progress is reported to the thread that called the library.
+ *
+ * Numbers of vertices and tets in arrays are 0-based. PTET.md and the C++ headers beside this file say more about the
+ * meaning of errors. */
+#ifndef PTET_PTET_H
+#define PTET_PTET_H
+
+/* NOLINTBEGIN: the names and idioms of C */
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Version ---- */
+
+/* Raised when something that was there changes its meaning or goes; additions do not raise it. */
+enum { PTET_ABI_VERSION = 1 };
+
+/* PTET_ABI_VERSION of the library that is linked: it must be the one that the caller was written for. */
+uint32_t ptet_abi_version(void);
+/* "major.minor.patch" of the library that is linked. */
+const char* ptet_version(void);
+
+/* ---- Errors ---- */
+
+typedef int32_t ptet_status;
+enum {
+  PTET_OK = 0,
+  PTET_INTERNAL_ERROR = 1, /* a fault of the library, or an exception of a callback */
+  PTET_BAD_ARGUMENT = 2,   /* a NULL where none may be, a number out of range, a field that is not there */
+  PTET_BAD_INPUT = 3,      /* a mesh or field that cannot be handled */
+  PTET_CORRUPT_FILE = 4,   /* a .ptet file that breaks its specification */
+  PTET_LIMIT = 5,          /* a size limit would be passed */
+  PTET_IO_ERROR = 6,       /* the operating system, or the user's read function, refused to read or write */
+  PTET_OUT_OF_MEMORY = 7,
+  PTET_CANCELLED = 130 /* the progress callback asked to stop */
+};
+/* "corrupt file" and so on; "unknown" for any other number. */
+const char* ptet_status_name(ptet_status status);
+
+typedef struct ptet_error ptet_error;
+/* PTET_OK for NULL. */
+ptet_status ptet_error_status(const ptet_error* error);
+/* One sentence that a user can act on; "" for NULL. */
+const char* ptet_error_message(const ptet_error* error);
+/* The byte of the file that the error is about; UINT64_MAX (all bits set) when it is about none. */
+uint64_t ptet_error_offset(const ptet_error* error);
+void ptet_error_free(ptet_error* error);
+
+/* ---- Callbacks ---- */
+
+/* Told how far a call has come, at most some hundred times a second; `total` is 0 while it is unknown. `stage` is valid
+ * during the call only. Any answer but 0 cancels: the running call ends with PTET_CANCELLED and leaves nothing behind.
+ */
+typedef int32_t (*ptet_progress_callback)(const char* stage, uint64_t done, uint64_t total, void* user);
+
+/* Fills `into` with `size` bytes from `offset`, which lie inside the file. Any answer but 0 means that they cannot be
+ * had: the running call ends with PTET_IO_ERROR, whose message names the number. Called from the threads that use the
+ * dataset, one call at a time. */
+typedef int32_t (*ptet_read_callback)(void* user, uint64_t offset, uint64_t size, void* into);
+typedef void (*ptet_release_callback)(void* user);
+
+/* ---- Datasets ---- */
+
+typedef int32_t ptet_scalar_type;
+enum {
+  PTET_INT8 = 0,
+  PTET_UINT8 = 1,
+  PTET_INT16 = 2,
+  PTET_UINT16 = 3,
+  PTET_INT32 = 4,
+  PTET_UINT32 = 5,
+  PTET_INT64 = 6,
+  PTET_UINT64 = 7,
+  PTET_FLOAT32 = 8,
+  PTET_FLOAT64 = 9
+};
+
+/* A user's own source of bytes: a part of a larger file, a range request to a server, an object store. */
+typedef struct ptet_source {
+  uint64_t struct_size;
+  uint64_t size; /* of the file, bytes; it must not change */
+  void* user;    /* handed to the callbacks */
+  ptet_read_callback read;
+  /* NULL, or called once when nothing will be read any more; when opening fails, then, but not after a
+   * PTET_BAD_ARGUMENT. */
+  ptet_release_callback release;
+} ptet_source;
+
+typedef struct ptet_dataset_info {
+  uint64_t struct_size;
+  uint64_t vertices; /* of the original */
+  uint64_t tets;
+  uint64_t base_vertices; /* of the coarsest mesh */
+  uint64_t base_tets;
+  uint64_t records; /* vertex splits, of which every other mesh is made */
+  uint64_t blocks;
+  uint64_t file_bytes;
+  uint32_t fields; /* point arrays, see ptet_dataset_get_field */
+  ptet_scalar_type position_type;
+  double box_min[3]; /* of the domain, mesh units */
+  double box_max[3];
+  double diagonal;         /* of that box: what relative domain errors refer to */
+  double max_domain_error; /* of the coarsest mesh, mesh units */
+} ptet_dataset_info;
+
+typedef struct ptet_field_info {
+  uint64_t struct_size;
+  const char* name; /* valid until the dataset is freed */
+  ptet_scalar_type type;
+  uint32_t components;
+  int32_t governing; /* 1: its errors are in the file; 0: it is carried along */
+  uint32_t reserved; /* 0 */
+  double range; /* largest minus least value (vectors: diagonal of the box of values): what relative errors refer to */
+  double max_error; /* of the coarsest mesh, units of the field; NaN when it does not govern */
+  double max_rms;   /* likewise the root mean square; NaN when it was not measured */
+} ptet_field_info;
+
+typedef struct ptet_dataset ptet_dataset;
+typedef struct ptet_request ptet_request;
+typedef struct ptet_extraction ptet_extraction;
+
+/* Reads header, table and base mesh; the rest is read as extractions need it.
+ * Errors: PTET_BAD_ARGUMENT, PTET_IO_ERROR, PTET_CORRUPT_FILE (with an offset), PTET_LIMIT. */
+ptet_status ptet_dataset_open(const char* path, ptet_dataset** dataset, ptet_error** error);
+/* The same over `size` bytes in memory, which are copied. */
+ptet_status ptet_dataset_open_memory(const void* bytes, uint64_t size, ptet_dataset** dataset, ptet_error** error);
+/* The same over a user's source; the struct is copied, its callbacks are used as long as the dataset lives. */
+ptet_status ptet_dataset_open_source(const ptet_source* source, ptet_dataset** dataset, ptet_error** error);
+void ptet_dataset_free(ptet_dataset* dataset);
+
+ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info* info, ptet_error** error);
+/* `field`: 0 to ptet_dataset_info.fields - 1. */
+ptet_status ptet_dataset_get_field(const ptet_dataset* dataset, uint32_t field, ptet_field_info* info,
+                                   ptet_error** error);
+/* The number of the field of that name; -1 when there is none. */
+int32_t ptet_dataset_find_field(const ptet_dataset* dataset, const char* name);
+/* Where the file comes from, as JSON: version of the tool, options of the build, name and hash of its input. */
+const char* ptet_dataset_provenance(const ptet_dataset* dataset);
+
+/* ---- Requests ---- */
+
+/* A request is made empty, and filled by functions: each adds a condition, in any order. An empty request, as NULL
+ * instead of one, asks for the original mesh. Whether a field is there and a number makes sense is found by
+ * ptet_dataset_extract, which knows the file.
+ *
+ * An error is a value with a flag `relative`: 0, in the units of the field (the mesh, for domain errors); else, as a
+ * fraction of the field's range (the diagonal): 0.01 is 1%. */
+ptet_request* ptet_request_new(void); /* NULL when memory is out */
+void ptet_request_free(ptet_request* request);
+/* Empties it. */
+ptet_status ptet_request_clear(ptet_request* request, ptet_error** error);
+
+/* The error of `field` may be at most this; "" or NULL: of every governing field. */
+ptet_status ptet_request_add_field_error(ptet_request* request, const char* field, double value, int32_t relative,
+                                         ptet_error** error);
+/* No point of the boundary or the original's may be further from the other than this. */
+ptet_status ptet_request_set_domain_error(ptet_request* request, double value, int32_t relative, ptet_error** error);
+/* Budgets: the smallest error that fits. The coarsest mesh and what focus regions need are there in any case. */
+ptet_status ptet_request_set_max_tets(ptet_request* request, uint64_t tets, ptet_error** error);
+ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertices, ptet_error** error);
+/* Focus regions: every tet that meets one has no larger error than the focus error, which is 0 at first: the original.
+ * `min`, `max`, `centre`: three coordinates each. */
+ptet_status ptet_request_add_focus_box(ptet_request* request, const double* min, const double* max, ptet_error** error);
+ptet_status ptet_request_add_focus_sphere(ptet_request* request, const double* centre, double radius,
+                                          ptet_error** error);
+/* The error allowed in all focus regions of the request, also those that are added later. It holds for every governing
+ * field, and as the same fraction for the domain. */
+ptet_status ptet_request_set_focus_error(ptet_request* request, double value, int32_t relative, ptet_error** error);
+/* Not 0: also say which record made each tet (ptet_extraction_made_by), which reads all of the file. */
+ptet_status ptet_request_set_origins(ptet_request* request, int32_t origins, ptet_error** error);
+
+/* ---- Extraction ---- */
+
+/* The mesh that answers `request` (NULL: the original). Same request, same mesh, whatever was asked before.
+ * `progress` may be NULL; `user` is handed to it.
+ * Errors: PTET_BAD_ARGUMENT (a field that is not there or does not govern; a bound, box or radius that is negative, not
+ * finite or empty), PTET_CORRUPT_FILE, PTET_IO_ERROR, PTET_CANCELLED, PTET_OUT_OF_MEMORY. */
+ptet_status ptet_dataset_extract(const ptet_dataset* dataset, const ptet_request* request,
+                                 ptet_progress_callback progress, void* user, ptet_extraction** extraction,
+                                 ptet_error** error);
+void ptet_extraction_free(ptet_extraction* extraction);
+
+/* What kept the mesh from being finer. */
+typedef int32_t ptet_limit;
+enum {
+  PTET_LIMITED_BY_NOTHING = 0, /* it is the original mesh */
+  PTET_LIMITED_BY_ERROR = 1,   /* the asked error was reached */
+  PTET_LIMITED_BY_FOCUS = 2,   /* the focus was reached, nothing else was asked */
+  PTET_LIMITED_BY_BUDGET = 3   /* the next split does not fit the budget */
+};
+/* "error" and so on; "unknown" for any other number. */
+const char* ptet_limit_name(ptet_limit limit);
+
+typedef struct ptet_extraction_info {
+  uint64_t struct_size;
+  uint64_t vertices;
+  uint64_t tets;
+  uint64_t boundary_faces;
+  uint32_t fields; /* those of the dataset, in its order */
+  ptet_limit limited_by;
+  double domain_error; /* of this mesh, mesh units */
+  uint64_t bytes_read; /* from the file for the dataset so far, opening included */
+  double seconds;      /* wall time of ptet_dataset_extract */
+} ptet_extraction_info;
+
+ptet_status ptet_extraction_get_info(const ptet_extraction* extraction, ptet_extraction_info* info, ptet_error** error);
+
+/* A table of rows x components scalars of one type, row after row, in the machine's byte order. */
+typedef struct ptet_array {
+  uint64_t struct_size;
+  const char* name; /* "" for positions */
+  const void* data; /* NULL when there are no rows */
+  uint64_t rows;    /* one for each vertex of the extraction */
+  uint32_t components;
+  ptet_scalar_type type;
+} ptet_array;
+
+ptet_status ptet_extraction_get_positions(const ptet_extraction* extraction, ptet_array* positions, ptet_error** error);
+/* `field` is its number in the dataset. */
+ptet_status ptet_extraction_get_field(const ptet_extraction* extraction, uint32_t field, ptet_array* values,
+                                      ptet_error** error);
+
+/* Four vertices for each tet, positively oriented: det(b - a, c - a, d - a) > 0. */
+const uint32_t* ptet_extraction_tets(const ptet_extraction* extraction);
+/* Three vertices for each boundary face, seen counter-clockwise from outside. */
+const uint32_t* ptet_extraction_boundary_faces(const ptet_extraction* extraction);
+/* For each vertex its number in the file, which is the same in every extraction. */
+const uint32_t* ptet_extraction_vertices_in_file(const ptet_extraction* extraction);
+/* For each tet the record that made it, UINT32_MAX when it is an original one, whose error is 0. NULL when the request
+ * did not ask for it (ptet_request_set_origins). */
+const uint32_t* ptet_extraction_made_by(const ptet_extraction* extraction);
+
+/* The largest error of the field in this mesh, in its units: in a file built with exact evaluation no point has a
+ * larger one. NaN when the field does not govern, or is none. */
+double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field);
+/* The root mean square of the field's error over the domain, in its units; NaN when the build did not measure it. */
+double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field);
+
+#ifdef __cplusplus
+}
+#endif
+/* NOLINTEND */
+
+#endif

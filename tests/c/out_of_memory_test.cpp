@@ -1,0 +1,143 @@
+// The C interface when memory runs out: every allocation of opening a file and extracting from it fails once, and each
+// time the call says so. Its own program, because it replaces operator new.
+#include "ptet/ptet.h"
+#include "ptet/ptet_build.h"
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <new>
+#include <vector>
+
+namespace {
+
+/// Allocations of this thread that still succeed; negative: all.
+thread_local long left = -1;
+int failures = 0;
+
+void* allocate(std::size_t size) {
+  if (left == 0) return nullptr;
+  if (left > 0) --left;
+  return std::malloc(size == 0 ? 1 : size);
+}
+
+void check(bool good, const char* what, long at) {
+  if (good) return;
+  ++failures;
+  std::fprintf(stderr, "allocation %ld fails: not so: %s\n", at, what);
+}
+
+/// Calls with the first allocation failing, then with the second, and so on until the call succeeds; before each call
+/// `prepare`, which has memory to spare. Returns how many times it failed.
+long exhaust(
+    const char* what, const std::function<ptet_status(ptet_error**)>& call,
+    const std::function<void()>& prepare = [] {}) {
+  for (long at = 0;; ++at) {
+    prepare();
+    ptet_error* error = nullptr;
+    left = at;
+    const ptet_status status = call(&error);
+    left = -1;
+    if (status == PTET_OK) {
+      check(error == nullptr, "no error on success", at);
+      std::printf("%s: %ld allocations\n", what, at);
+      return at;
+    }
+    check(status == PTET_OUT_OF_MEMORY, what, at);
+    check(error != nullptr && ptet_error_status(error) == status, "an error object", at);
+    ptet_error_free(error);
+    if (failures > 10) std::exit(1);
+  }
+}
+
+/// A cube of 3 x 3 x 3 cells with a field, built into bytes.
+ptet_bytes* build() {
+  constexpr std::uint32_t kSide = 4;
+  constexpr std::uint32_t kWays[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {1, 0, 2}, {0, 2, 1}, {2, 1, 0}};
+  std::vector<float> points, field;
+  std::vector<std::uint32_t> tets;
+  for (std::uint32_t p = 0; p < kSide * kSide * kSide; ++p) {
+    const std::uint32_t at[3] = {p % kSide, p / kSide % kSide, p / kSide / kSide};
+    for (const std::uint32_t x : at)
+      points.push_back(static_cast<float>(x));
+    field.push_back(static_cast<float>(at[0] * at[1] + at[2] * at[2]));
+    if (at[0] + 1 == kSide || at[1] + 1 == kSide || at[2] + 1 == kSide) continue;
+    for (const auto& way : kWays) {
+      constexpr std::uint32_t kStep[3] = {1, kSide, kSide * kSide};
+      tets.insert(tets.end(), {p, p + kStep[way[0]], p + kStep[way[0]] + kStep[way[1]],
+                               p + kStep[way[0]] + kStep[way[1]] + kStep[way[2]]});
+    }
+  }
+  ptet_builder* const builder = ptet_builder_new();
+  ptet_bytes* bytes = nullptr;
+  exhaust("points", [&](ptet_error** error) {
+    return ptet_builder_set_points(builder, PTET_FLOAT32, field.size(), points.data(), error);
+  });
+  exhaust("tets",
+          [&](ptet_error** error) { return ptet_builder_set_tets(builder, tets.size() / 4, tets.data(), error); });
+  exhaust("field", [&](ptet_error** error) {
+    return ptet_builder_add_field(builder, "a field whose name is long", PTET_FLOAT32, 1, field.data(), error);
+  });
+  ptet_error* error = nullptr;
+  if (ptet_builder_set_prediction(builder, PTET_PREDICT_QUADRIC, nullptr) != PTET_OK ||
+      ptet_builder_build_memory(builder, nullptr, nullptr, &bytes, nullptr, &error) != PTET_OK) {
+    std::fprintf(stderr, "%s\n", ptet_error_message(error));
+    std::exit(1);
+  }
+  ptet_builder_free(builder);
+  return bytes;
+}
+
+} // namespace
+
+void* operator new(std::size_t size) {
+  if (void* const memory = allocate(size)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return allocate(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+int main() {
+  ptet_bytes* const bytes = build();
+  ptet_dataset* dataset = nullptr;
+  const auto open = [&](ptet_error** error) {
+    return ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), &dataset, error);
+  };
+  const long to_open = exhaust("open", open);
+
+  left = 0;
+  check(ptet_request_new() == nullptr, "no request without memory", 0);
+  check(ptet_builder_new() == nullptr, "no builder without memory", 0);
+  left = -1;
+  ptet_request* const request = ptet_request_new();
+  const long to_ask = exhaust("bound", [&](ptet_error** error) {
+    return ptet_request_add_field_error(request, "a field whose name is long", 0.1, 1, error);
+  });
+  ptet_extraction* extraction = nullptr;
+  const auto extract = [&](ptet_error** error) {
+    return ptet_dataset_extract(dataset, request, nullptr, nullptr, &extraction, error);
+  };
+  // What a file is read into may be left in the middle: each attempt has a dataset of its own.
+  const long to_extract = exhaust("extract", extract, [&] {
+    ptet_dataset_free(dataset);
+    check(open(nullptr) == PTET_OK, "opens", -1);
+  });
+  ptet_extraction_info info{};
+  info.struct_size = sizeof info;
+  check(ptet_extraction_get_info(extraction, &info, nullptr) == PTET_OK, "extracts", -1);
+  check(info.tets > 0 && ptet_extraction_field_error(extraction, 0) <= 0.1 * 18, "within the bound", -1);
+  ptet_extraction_free(extraction);
+  ptet_request_free(request);
+  ptet_dataset_free(dataset);
+  ptet_bytes_free(bytes);
+  check(to_open > 10 && to_ask > 0 && to_extract > 10, "operator new is the one that is used", -1);
+  return failures == 0 ? 0 : 1;
+}
