@@ -11,9 +11,11 @@ file(REMOVE_RECURSE ${WORK_DIR})
 set(prefix ${WORK_DIR}/prefix)
 step(${CMAKE_COMMAND} --install ${PTET_BINARY_DIR} --prefix ${prefix})
 
-set(options -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_COMPILER=${CXX_COMPILER} -DCMAKE_PREFIX_PATH=${prefix})
+set(options -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_CXX_COMPILER=${CXX_COMPILER}
+            -DCMAKE_PREFIX_PATH=${prefix})
 if(SANITIZE)
-  list(APPEND options "-DCMAKE_CXX_FLAGS=-fsanitize=address,undefined")
+  set(sanitize -fsanitize=address,undefined)
+  list(APPEND options "-DCMAKE_C_FLAGS=${sanitize}" "-DCMAKE_CXX_FLAGS=${sanitize}")
 endif()
 step(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/consumer -G ${GENERATOR} ${options})
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/consumer)
@@ -29,3 +31,31 @@ step(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/reader -G ${GENERATOR} $
      -DCMAKE_DISABLE_FIND_PACKAGE_CGAL=ON -DCMAKE_DISABLE_FIND_PACKAGE_OpenMesh=ON -DCMAKE_DISABLE_FIND_PACKAGE_TBB=ON)
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/reader)
 step(${WORK_DIR}/reader/cut_file ${WORK_DIR}/block.ptet)
+
+# The examples, one of them in C, through CMake.
+step(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tools/examples -B ${WORK_DIR}/examples -G ${GENERATOR} ${options})
+step(${CMAKE_COMMAND} --build ${WORK_DIR}/examples)
+step(${WORK_DIR}/examples/example_load_and_cut ${WORK_DIR}/block.ptet)
+step(${WORK_DIR}/examples/example_load_and_cut_c ${WORK_DIR}/block.ptet)
+step(${WORK_DIR}/examples/example_build_in_memory)
+
+# C programs through pkg-config and the C compiler alone, from where the tree was moved to.
+file(RENAME ${prefix} ${WORK_DIR}/moved)
+set(libraries ${WORK_DIR}/moved/${LIBDIR})
+set(ENV{PKG_CONFIG_PATH} ${libraries}/pkgconfig:$ENV{PKG_CONFIG_PATH})
+# compile(PACKAGE SOURCE PROGRAM OPTION...)
+function(compile package source program)
+  execute_process(COMMAND pkg-config --cflags --libs ${package} RESULT_VARIABLE result OUTPUT_VARIABLE flags
+                  OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "pkg-config does not know ${package}")
+  endif()
+  separate_arguments(flags UNIX_COMMAND "${flags}")
+  step(${C_COMPILER} -std=c11 -Wall -Wextra -Wpedantic -Werror ${sanitize} ${ARGN} ${source} -o ${program} ${flags} -lm
+       -Wl,-rpath,${libraries})
+endfunction()
+compile(ptet ${SOURCE_DIR}/tools/examples/load_and_cut.c ${WORK_DIR}/load_and_cut)
+step(${WORK_DIR}/load_and_cut ${WORK_DIR}/block.ptet)
+compile(ptet-build ${SOURCE_DIR}/tests/c/c_interface_test.c ${WORK_DIR}/c_interface_test
+        "-DPTET_TEST_VERSION=\"${VERSION}\"")
+step(${WORK_DIR}/c_interface_test)

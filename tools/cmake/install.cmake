@@ -20,4 +20,31 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/ptet-config-version
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ptet-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/ptet-config-version.cmake
         DESTINATION ${ptet_package_dir})
 
+# ptet.pc and ptet-build.pc, for everything but CMake. They find the prefix from where they are, so that the installed
+# tree may be moved. A shared library brings what it needs; with a static one the program's link, by a C compiler perhaps,
+# has to name it all, whether or not pkg-config is asked for --static.
+set(ptet_pc_dir ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+set(PTET_PC_LIBDIR ${CMAKE_INSTALL_FULL_LIBDIR})
+set(PTET_PC_INCLUDEDIR ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+set(PTET_PC_PREFIX ${CMAKE_INSTALL_PREFIX})
+if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}" AND NOT IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
+  file(RELATIVE_PATH ptet_pc_up ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+  set(PTET_PC_PREFIX "\${pcfiledir}/${ptet_pc_up}")
+  set(PTET_PC_LIBDIR "\${prefix}/${CMAKE_INSTALL_LIBDIR}")
+  set(PTET_PC_INCLUDEDIR "\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}")
+endif()
+if(ptet_library_type STREQUAL "STATIC_LIBRARY")
+  set(PTET_PC_REQUIRES "libzstd libxxhash")
+  set(PTET_PC_BUILD_REQUIRES "openmesh tbb mpfr gmp")
+  set(ptet_pc_cxx_libs ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
+  list(FILTER ptet_pc_cxx_libs INCLUDE REGEX "^(std)?c\\+\\+")
+  list(TRANSFORM ptet_pc_cxx_libs PREPEND "-l")
+  list(JOIN ptet_pc_cxx_libs " " PTET_PC_LIBS)
+  string(APPEND PTET_PC_LIBS " -lm -pthread")
+endif()
+foreach(package ptet ptet-build)
+  configure_file(tools/cmake/${package}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${package}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${package}.pc DESTINATION ${ptet_pc_dir})
+endforeach()
+
 install(FILES README.md LICENSE formats/ptet/PTET.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
