@@ -1,5 +1,6 @@
 // ptet.h: datasets, requests and extractions over the C++ interface.
 #include "capi/guard.hpp"
+#include "capi/handles.hpp"
 #include "ptet/dataset.hpp"
 
 #include <algorithm>
@@ -15,22 +16,7 @@
 using namespace ptet;
 using namespace ptet::capi;
 
-// NOLINTBEGIN(readability-identifier-naming): the names of the C interface
-struct ptet_dataset {
-  std::shared_ptr<const Dataset> data;
-};
-struct ptet_request {
-  Request request;
-};
-struct ptet_extraction {
-  Extraction extraction;
-  std::vector<std::optional<std::size_t>> governing; ///< by field its place among the governing ones
-};
-// NOLINTEND(readability-identifier-naming)
-
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// What reads through the callbacks of a C program, and tells it when nothing will be read any more.
 class CallbackSource final : public ByteSource {
@@ -56,27 +42,9 @@ private:
   ptet_source source_;
 };
 
-/// For each field its place among those that govern, which error arrays go by.
-std::vector<std::optional<std::size_t>> governing_places(const DatasetInfo& info) {
-  std::vector<std::optional<std::size_t>> places;
-  std::size_t count = 0;
-  for (const FieldInfo& field : info.fields)
-    places.push_back(field.governing ? std::optional(count++) : std::nullopt);
-  return places;
-}
-
 /// By their numbers in ptet.h, which stay as they are.
-constexpr std::array kLimits{LimitedBy::kNothing, LimitedBy::kError, LimitedBy::kFocus, LimitedBy::kBudget};
-
-ptet_limit number_of(LimitedBy limit) {
-  return static_cast<ptet_limit>(std::find(kLimits.begin(), kLimits.end(), limit) - kLimits.begin());
-}
-
-double error_at(const std::vector<double>& errors, const std::vector<std::optional<std::size_t>>& places,
-                std::size_t field) {
-  if (field >= places.size() || !places[field] || *places[field] >= errors.size()) return kNone;
-  return errors[*places[field]];
-}
+constexpr std::array kLimits{LimitedBy::kNothing, LimitedBy::kError, LimitedBy::kFocus, LimitedBy::kBudget,
+                             LimitedBy::kTime};
 
 template <class Open>
 ptet_status open_dataset(ptet_dataset** dataset, ptet_error** error, Open&& open) noexcept {
@@ -97,16 +65,6 @@ Point point_at(const double* coordinates, const char* what) {
   return {coordinates[0], coordinates[1], coordinates[2]};
 }
 
-ptet_array describe(const PointArray& array) {
-  ptet_array described{};
-  described.name = array.name.c_str();
-  described.data = array.bytes.empty() ? nullptr : array.bytes.data();
-  described.rows = array.size();
-  described.components = array.components;
-  described.type = static_cast<ptet_scalar_type>(array.type);
-  return described;
-}
-
 // Rows of ids are read as rows of numbers, which they are.
 static_assert(sizeof(VertexId) == sizeof(std::uint32_t) && sizeof(RecordId) == sizeof(std::uint32_t));
 static_assert(sizeof(Tet) == 4 * sizeof(std::uint32_t));
@@ -119,6 +77,43 @@ const std::uint32_t* numbers_of(const std::vector<Row>& rows) {
 }
 
 } // namespace
+
+namespace ptet::capi {
+
+GoverningPlaces governing_places(const DatasetInfo& info) {
+  GoverningPlaces places;
+  std::size_t count = 0;
+  for (const FieldInfo& field : info.fields)
+    places.push_back(field.governing ? std::optional(count++) : std::nullopt);
+  return places;
+}
+
+double error_at(const std::vector<double>& errors, const GoverningPlaces& places, std::size_t field) {
+  if (field >= places.size() || !places[field] || *places[field] >= errors.size()) return kNotANumber;
+  return errors[*places[field]];
+}
+
+ptet_limit number_of(LimitedBy limit) {
+  return static_cast<ptet_limit>(std::find(kLimits.begin(), kLimits.end(), limit) - kLimits.begin());
+}
+
+ptet_array describe_array(const PointArray& array) {
+  ptet_array described{};
+  described.name = array.name.c_str();
+  described.data = array.bytes.empty() ? nullptr : array.bytes.data();
+  described.rows = array.size();
+  described.components = array.components;
+  described.type = static_cast<ptet_scalar_type>(array.type);
+  return described;
+}
+
+const PointArray& array_at(std::span<const PointArray> arrays, std::uint32_t field) {
+  if (field >= arrays.size())
+    refuse("there is no field " + std::to_string(field) + ": there are " + std::to_string(arrays.size()));
+  return arrays[field];
+}
+
+} // namespace ptet::capi
 
 // ---- Datasets
 
@@ -233,6 +228,10 @@ ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertic
   return change(request, error, [&](Request& asked) { asked.max_vertices = vertices; });
 }
 
+ptet_status ptet_request_set_max_milliseconds(ptet_request* request, double milliseconds, ptet_error** error) {
+  return change(request, error, [&](Request& asked) { asked.max_milliseconds = milliseconds; });
+}
+
 ptet_status ptet_request_add_focus_box(ptet_request* request, const double* min, const double* max,
                                        ptet_error** error) {
   return change(request, error, [&](Request& asked) {
@@ -301,17 +300,15 @@ ptet_status ptet_extraction_get_info(const ptet_extraction* extraction, ptet_ext
 ptet_status ptet_extraction_get_positions(const ptet_extraction* extraction, ptet_array* positions,
                                           ptet_error** error) {
   return guarded(error, [&] {
-    fill(positions, describe(required(extraction, "the extraction").extraction.mesh.positions), "the array");
+    fill(positions, describe_array(required(extraction, "the extraction").extraction.mesh.positions), "the array");
   });
 }
 
 ptet_status ptet_extraction_get_field(const ptet_extraction* extraction, uint32_t field, ptet_array* values,
                                       ptet_error** error) {
   return guarded(error, [&] {
-    const std::vector<PointArray>& arrays = required(extraction, "the extraction").extraction.mesh.point_arrays;
-    if (field >= arrays.size())
-      refuse("there is no field " + std::to_string(field) + ": there are " + std::to_string(arrays.size()));
-    fill(values, describe(arrays[field]), "the array");
+    const Extraction& of = required(extraction, "the extraction").extraction;
+    fill(values, describe_array(array_at(of.mesh.point_arrays, field)), "the array");
   });
 }
 
@@ -332,9 +329,10 @@ const uint32_t* ptet_extraction_made_by(const ptet_extraction* extraction) {
 }
 
 double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field) {
-  return extraction == nullptr ? kNone : error_at(extraction->extraction.field_error, extraction->governing, field);
+  return extraction == nullptr ? kNotANumber
+                               : error_at(extraction->extraction.field_error, extraction->governing, field);
 }
 
 double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field) {
-  return extraction == nullptr ? kNone : error_at(extraction->extraction.rms_error, extraction->governing, field);
+  return extraction == nullptr ? kNotANumber : error_at(extraction->extraction.rms_error, extraction->governing, field);
 }

@@ -133,6 +133,7 @@ static void test_versions_and_names(void) {
   CHECK(strcmp(ptet_limit_name(PTET_LIMITED_BY_ERROR), "error") == 0);
   CHECK(strcmp(ptet_limit_name(PTET_LIMITED_BY_FOCUS), "focus") == 0);
   CHECK(strcmp(ptet_limit_name(PTET_LIMITED_BY_BUDGET), "budget") == 0);
+  CHECK(strcmp(ptet_limit_name(PTET_LIMITED_BY_TIME), "time") == 0);
   CHECK(strcmp(ptet_limit_name(-7), "unknown") == 0);
 }
 
@@ -463,6 +464,7 @@ static void test_requests_refused(const ptet_dataset* dataset) {
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_domain_error(NULL, 1, 0, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_max_tets(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_max_vertices(NULL, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_max_milliseconds(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_add_focus_box(NULL, a, b, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_add_focus_sphere(NULL, a, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_focus_error(NULL, 1, 1, &error));
@@ -662,6 +664,137 @@ static void test_requests(const ptet_dataset* dataset) {
   ptet_request_free(request);
 }
 
+/* The mesh by slots has the tets that are used, whose corners are used vertices; what changed is what differs from the
+ * copy that was kept of it; and as a whole it is that of an extraction. */
+static void check_session(const ptet_dataset* dataset, const ptet_session* session, const ptet_request* request,
+                          const ptet_session_changes* changes, uint32_t* copy) {
+  uint64_t slots = 0, face_slots = 0, vertex_slots = 0, used = 0, used_faces = 0, used_vertices = 0, differ = 0;
+  const uint32_t* tets = ptet_session_tets(session, &slots);
+  const uint32_t* faces = ptet_session_boundary_faces(session, &face_slots);
+  const uint32_t* in_file = ptet_session_vertices_in_file(session, &vertex_slots);
+  REQUIRE(slots <= TETS + 1000);
+  for (uint64_t t = 0; t < slots; ++t) {
+    if (tets[4 * t] == UINT32_MAX) continue;
+    ++used;
+    for (uint64_t c = 0; c < 4; ++c)
+      CHECK(tets[4 * t + c] < vertex_slots && in_file[tets[4 * t + c]] != UINT32_MAX);
+  }
+  for (uint64_t f = 0; f < face_slots; ++f)
+    used_faces += faces[3 * f] != UINT32_MAX;
+  for (uint64_t v = 0; v < vertex_slots; ++v)
+    used_vertices += in_file[v] != UINT32_MAX;
+  CHECK(used == changes->tets && used_faces == changes->boundary_faces && used_vertices == changes->vertices);
+  for (uint64_t i = 0; i < changes->changed_tet_count; ++i)
+    memcpy(copy + 4 * changes->changed_tets[i], tets + 4 * changes->changed_tets[i], 4 * sizeof *tets);
+  for (uint64_t i = 0; i < 4 * slots; ++i)
+    differ += copy[i] != tets[i];
+  CHECK(differ == 0);
+  for (uint64_t i = 0; i < changes->changed_face_count; ++i)
+    CHECK(changes->changed_faces[i] < face_slots);
+  for (uint64_t i = 0; i < changes->changed_vertex_count; ++i)
+    CHECK(changes->changed_vertices[i] < vertex_slots);
+
+  ptet_extraction *own = NULL, *fresh = NULL;
+  SUCCEEDS(ptet_session_extract(session, &own, &error));
+  SUCCEEDS(ptet_dataset_extract(dataset, request, NULL, NULL, &fresh, &error));
+  ptet_extraction_info info = {.struct_size = sizeof info};
+  SUCCEEDS(ptet_extraction_get_info(fresh, &info, &error));
+  REQUIRE(info.tets == changes->tets && info.vertices == changes->vertices);
+  CHECK(info.boundary_faces == changes->boundary_faces && info.domain_error == changes->domain_error);
+  CHECK(info.limited_by == changes->limited_by);
+  CHECK(memcmp(ptet_extraction_tets(own), ptet_extraction_tets(fresh), info.tets * 16) == 0);
+  CHECK(memcmp(ptet_extraction_vertices_in_file(own), ptet_extraction_vertices_in_file(fresh), info.vertices * 4) == 0);
+  for (uint32_t f = 0; f < 2; ++f) {
+    CHECK(ptet_session_field_error(session, f) == ptet_extraction_field_error(fresh, f));
+    CHECK(ptet_session_rms_error(session, f) == ptet_extraction_rms_error(fresh, f));
+    CHECK(ptet_extraction_field_error(own, f) == ptet_extraction_field_error(fresh, f));
+  }
+  CHECK(isnan(ptet_session_field_error(session, 2)));
+
+  /* The rows of the slots are those of the vertices in them: vertices of the file ascend in an extraction. */
+  ptet_array by_slot = {.struct_size = sizeof by_slot}, by_id = {.struct_size = sizeof by_id};
+  SUCCEEDS(ptet_session_get_positions(session, &by_slot, &error));
+  SUCCEEDS(ptet_extraction_get_positions(fresh, &by_id, &error));
+  CHECK(by_slot.rows == vertex_slots && by_slot.type == PTET_FLOAT32);
+  const uint32_t* ids = ptet_extraction_vertices_in_file(fresh);
+  ptet_array pressure_by_slot = {.struct_size = sizeof pressure_by_slot}, pressure_by_id = pressure_by_slot;
+  SUCCEEDS(ptet_session_get_field(session, 0, &pressure_by_slot, &error));
+  SUCCEEDS(ptet_extraction_get_field(fresh, 0, &pressure_by_id, &error));
+  for (uint64_t v = 0; v < vertex_slots; ++v) {
+    if (in_file[v] == UINT32_MAX) continue;
+    uint64_t row = 0;
+    while (row < info.vertices && ids[row] != in_file[v])
+      ++row;
+    REQUIRE(row < info.vertices);
+    CHECK(memcmp((const float*)by_slot.data + 3 * v, (const float*)by_id.data + 3 * row, 3 * sizeof(float)) == 0);
+    CHECK(memcmp((const float*)pressure_by_slot.data + v, (const float*)pressure_by_id.data + row, sizeof(float)) == 0);
+  }
+  ptet_extraction_free(own);
+  ptet_extraction_free(fresh);
+}
+
+static void test_sessions(const ptet_dataset* dataset) {
+  ptet_session* session = NULL;
+  FAILS(PTET_BAD_ARGUMENT, "dataset is NULL", ptet_session_open(NULL, &session, &error));
+  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_session_open(dataset, NULL, &error));
+  SUCCEEDS(ptet_session_open(dataset, &session, &error));
+  REQUIRE(session != NULL);
+  CHECK(isnan(ptet_session_field_error(session, 0)) && isnan(ptet_session_rms_error(session, 0)));
+  ptet_request* request = ptet_request_new();
+  ptet_session_changes changes = {.struct_size = sizeof changes};
+  uint32_t* copy = malloc((TETS + 1000) * 4 * sizeof *copy);
+  REQUIRE(request != NULL && copy != NULL);
+  memset(copy, 0xFF, (TETS + 1000) * 4 * sizeof *copy);
+  /* A sphere that moves through a coarse mesh, then budgets, the coarsest mesh, and the original. */
+  for (int step = 0; step < 8; ++step) {
+    const double centre[3] = {0.8 * step, 0.5 * step, 3};
+    SUCCEEDS(ptet_request_clear(request, &error));
+    SUCCEEDS(ptet_request_set_max_milliseconds(request, 1e6, &error));
+    if (step < 5) SUCCEEDS(ptet_request_add_field_error(request, NULL, 0.2, 1, &error));
+    if (step < 5) SUCCEEDS(ptet_request_add_focus_sphere(request, centre, 1, &error));
+    if (step == 5) SUCCEEDS(ptet_request_set_max_tets(request, TETS / 2, &error));
+    if (step == 6) SUCCEEDS(ptet_request_set_max_tets(request, 0, &error));
+    const ptet_request* asked = step == 7 ? NULL : request;
+    SUCCEEDS(ptet_session_update(session, asked, &changes, &error));
+    CHECK(changes.struct_size == sizeof changes && changes.complete == 1 && changes.seconds >= 0);
+    CHECK(changes.splits > 0 || changes.collapses > 0 || step == 0);
+    CHECK(changes.vertices_added == (step == 0 ? changes.vertices : changes.splits));
+    CHECK(changes.tets_added >= changes.splits / 2);
+    CHECK(changes.vertices_removed == changes.collapses && changes.tets_removed >= changes.collapses / 2);
+    check_session(dataset, session, asked, &changes, copy);
+  }
+  CHECK(changes.tets == TETS);
+  SUCCEEDS(ptet_session_update(session, NULL, NULL, &error));
+  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  CHECK(changes.splits == 0 && changes.collapses == 0 && changes.changed_tet_count == 0); /* there is nothing to do */
+
+  /* What cannot be met leaves the mesh as it was. */
+  SUCCEEDS(ptet_request_add_field_error(request, "density", 1, 0, &error));
+  FAILS(PTET_BAD_ARGUMENT, "density", ptet_session_update(session, request, &changes, &error));
+  check_session(dataset, session, NULL, &changes, copy);
+  ptet_array array = {.struct_size = sizeof array};
+  FAILS(PTET_BAD_ARGUMENT, "no field 3", ptet_session_get_field(session, 3, &array, &error));
+  FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_session_get_field(session, 0, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_get_field(NULL, 0, &array, &error));
+  FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_session_get_positions(session, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_get_positions(NULL, &array, &error));
+  FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_update(NULL, request, &changes, &error));
+  changes.struct_size = 8;
+  FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_session_update(session, NULL, &changes, &error));
+  ptet_extraction* extraction = NULL;
+  FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_extract(NULL, &extraction, &error));
+  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_session_extract(session, NULL, &error));
+  uint64_t slots = 1;
+  CHECK(ptet_session_tets(NULL, &slots) == NULL && slots == 0);
+  CHECK(ptet_session_boundary_faces(NULL, NULL) == NULL && ptet_session_vertices_in_file(NULL, NULL) == NULL);
+  CHECK(ptet_session_tets(session, NULL) != NULL);
+  CHECK(isnan(ptet_session_field_error(NULL, 0)) && isnan(ptet_session_rms_error(NULL, 0)));
+  ptet_session_free(session);
+  ptet_session_free(NULL);
+  ptet_request_free(request);
+  free(copy);
+}
+
 int main(void) {
   make_mesh();
   test_versions_and_names();
@@ -687,6 +820,7 @@ int main(void) {
   test_requests_refused(dataset);
   test_whole_extraction(dataset);
   test_requests(dataset);
+  test_sessions(dataset);
   ptet_dataset_free(dataset);
   printf("%d checks, %d failures\n", checks, failures);
   return failures == 0 ? 0 : 1;

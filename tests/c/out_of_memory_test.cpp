@@ -135,6 +135,23 @@ int main() {
   check(ptet_extraction_get_info(extraction, &info, nullptr) == PTET_OK, "extracts", -1);
   check(info.tets > 0 && ptet_extraction_field_error(extraction, 0) <= 0.1 * 18, "within the bound", -1);
   ptet_extraction_free(extraction);
+
+  ptet_session* session = nullptr;
+  const auto reopen = [&] {
+    ptet_session_free(session);
+    ptet_dataset_free(dataset);
+    check(open(nullptr) == PTET_OK && ptet_session_open(dataset, &session, nullptr) == PTET_OK, "opens", -1);
+  };
+  exhaust(
+      "update", [&](ptet_error** error) { return ptet_session_update(session, request, nullptr, error); }, reopen);
+  exhaust("extract from a session",
+          [&](ptet_error** error) { return ptet_session_extract(session, &extraction, error); });
+  ptet_extraction_info updated{};
+  updated.struct_size = sizeof updated;
+  check(ptet_extraction_get_info(extraction, &updated, nullptr) == PTET_OK, "extracts", -1);
+  check(updated.tets == info.tets, "the same mesh", -1);
+  ptet_extraction_free(extraction);
+  ptet_session_free(session);
   ptet_request_free(request);
   ptet_dataset_free(dataset);
   ptet_bytes_free(bytes);

@@ -1,6 +1,7 @@
 /* The C interface of the run-time library: open a .ptet file, say what is asked of it, take the mesh out.
  *
  *   ptet_dataset --ptet_dataset_extract(ptet_request)--> ptet_extraction: arrays that are read in place
+ *   ptet_session --ptet_session_update(ptet_request)--> the same mesh, by what differs from the last
  *
  * It is meant to be called from any language: opaque handles, fixed-width integers, structs of plain members without
  * bit fields, callbacks that get a pointer of their user's; nothing here must be expanded by a preprocessor.
@@ -181,6 +182,8 @@ ptet_status ptet_request_set_domain_error(ptet_request* request, double value, i
 /* Budgets: the smallest error that fits. The coarsest mesh and what focus regions need are there in any case. */
 ptet_status ptet_request_set_max_tets(ptet_request* request, uint64_t tets, ptet_error** error);
 ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertices, ptet_error** error);
+/* How long ptet_session_update may take, about; what it then has not done the next update does. */
+ptet_status ptet_request_set_max_milliseconds(ptet_request* request, double milliseconds, ptet_error** error);
 /* Focus regions: every tet that meets one has no larger error than the focus error, which is 0 at first: the original.
  * `min`, `max`, `centre`: three coordinates each. */
 ptet_status ptet_request_add_focus_box(ptet_request* request, const double* min, const double* max, ptet_error** error);
@@ -209,7 +212,8 @@ enum {
   PTET_LIMITED_BY_NOTHING = 0, /* it is the original mesh */
   PTET_LIMITED_BY_ERROR = 1,   /* the asked error was reached */
   PTET_LIMITED_BY_FOCUS = 2,   /* the focus was reached, nothing else was asked */
-  PTET_LIMITED_BY_BUDGET = 3   /* the next split does not fit the budget */
+  PTET_LIMITED_BY_BUDGET = 3,  /* the next split does not fit the budget */
+  PTET_LIMITED_BY_TIME = 4     /* the time was up */
 };
 /* "error" and so on; "unknown" for any other number. */
 const char* ptet_limit_name(ptet_limit limit);
@@ -258,6 +262,65 @@ const uint32_t* ptet_extraction_made_by(const ptet_extraction* extraction);
 double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field);
 /* The root mean square of the field's error over the domain, in its units; NaN when the build did not measure it. */
 double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field);
+
+/* ---- Sessions: a mesh that follows its requests, for viewers ---- */
+
+/* Goes from mesh to mesh by what differs, so that an update costs what it changes. Tets, boundary faces and vertices
+ * keep their slots while they stay: a copy elsewhere, as on a graphics card, needs only the changed slots. Any number
+ * of sessions may share a dataset, each used by one thread at a time. */
+typedef struct ptet_session ptet_session;
+
+/* What an update did and what mesh there is now. The pointers are valid until the next update. */
+typedef struct ptet_session_changes {
+  uint64_t struct_size;
+  /* Slots that were taken, freed, or hold something else now; each once, in no order. */
+  const uint32_t* changed_tets;
+  const uint32_t* changed_faces;
+  const uint32_t* changed_vertices;
+  uint64_t changed_tet_count;
+  uint64_t changed_face_count;
+  uint64_t changed_vertex_count;
+  uint64_t tets; /* of the mesh as it is now */
+  uint64_t boundary_faces;
+  uint64_t vertices;
+  /* By splits and collapses; tets that only got another corner are not counted. The first update adds the coarsest
+   * mesh as well. */
+  uint64_t tets_added;
+  uint64_t tets_removed;
+  uint64_t vertices_added;
+  uint64_t vertices_removed;
+  uint64_t splits;
+  uint64_t collapses;
+  double domain_error; /* of the mesh as it is now, mesh units */
+  double seconds;      /* wall time of the call */
+  ptet_limit limited_by;
+  int32_t complete; /* 1: this is the mesh that was asked for; 0: the next update with the same request goes on */
+} ptet_session_changes;
+
+/* Begins with the coarsest mesh. The dataset may be freed before the session. */
+ptet_status ptet_session_open(const ptet_dataset* dataset, ptet_session** session, ptet_error** error);
+void ptet_session_free(ptet_session* session);
+/* Makes the mesh that answers `request` (NULL: the original): once it is complete, that of ptet_dataset_extract,
+ * whatever came before. `changes` may be NULL. Errors as of ptet_dataset_extract; the mesh is then as it was. */
+ptet_status ptet_session_update(ptet_session* session, const ptet_request* request, ptet_session_changes* changes,
+                                ptet_error** error);
+
+/* The mesh by slots, valid until the next update; `slots`, unless NULL, is given their number. Unused slots are
+ * UINT32_MAX throughout. */
+/* Four vertex slots for each tet slot, positively oriented. */
+const uint32_t* ptet_session_tets(const ptet_session* session, uint64_t* slots);
+/* Three for each face slot, seen counter-clockwise from outside. */
+const uint32_t* ptet_session_boundary_faces(const ptet_session* session, uint64_t* slots);
+/* For each vertex slot the vertex's number in the file. */
+const uint32_t* ptet_session_vertices_in_file(const ptet_session* session, uint64_t* slots);
+/* A row for each vertex slot; those of unused slots mean nothing. */
+ptet_status ptet_session_get_positions(const ptet_session* session, ptet_array* positions, ptet_error** error);
+ptet_status ptet_session_get_field(const ptet_session* session, uint32_t field, ptet_array* values, ptet_error** error);
+/* As of an extraction; NaN before the first update. */
+double ptet_session_field_error(const ptet_session* session, uint32_t field);
+double ptet_session_rms_error(const ptet_session* session, uint32_t field);
+/* The mesh without slots, as ptet_dataset_extract gives it. */
+ptet_status ptet_session_extract(const ptet_session* session, ptet_extraction** extraction, ptet_error** error);
 
 #ifdef __cplusplus
 }
