@@ -1,11 +1,9 @@
-// A sphere of full resolution moves through a coarse mesh; the ids of the file say which vertices a viewer has already.
+// A sphere of full resolution moves through a coarse mesh: each step costs what it changes.
 //
 //   moving_focus FILE.ptet
-#include <algorithm>
 #include <iostream>
-#include <iterator>
 
-#include <ptet/dataset.hpp>
+#include <ptet/session.hpp>
 
 namespace {
 
@@ -19,13 +17,6 @@ ptet::Point on_diagonal(const ptet::DatasetInfo& info, double part) {
   return at;
 }
 
-/// How many of the vertices were there before. Both lists ascend.
-std::size_t kept(const std::vector<ptet::VertexId>& before, const std::vector<ptet::VertexId>& now) {
-  std::vector<ptet::VertexId> both;
-  std::set_intersection(before.begin(), before.end(), now.begin(), now.end(), std::back_inserter(both));
-  return both.size();
-}
-
 } // namespace
 
 int main(int argc, char** argv) {
@@ -33,17 +24,20 @@ int main(int argc, char** argv) {
   try {
     const auto data = ptet::Dataset::open(argv[1]);
     const ptet::DatasetInfo& info = data->info();
-    std::vector<ptet::VertexId> before;
+    ptet::Session session(data);
     for (int step = 0; step <= kSteps; ++step) {
       ptet::Request request;
       request.field_error.push_back({"", {0.1, true}}); // everywhere: 10% of the range of every field
       request.focus.push_back(ptet::Sphere{on_diagonal(info, double(step) / kSteps), 0.1 * info.diagonal});
-      const ptet::Extraction cut = data->extract(request);
-      std::cout << "step " << step << ": " << cut.mesh.tets.size() << " tets, " << cut.vertex_in_file.size()
-                << " vertices, of which " << kept(before, cut.vertex_in_file) << " were there before, "
-                << cut.bytes_read << " bytes read\n";
-      before = cut.vertex_in_file;
+      const ptet::SessionUpdate& update = session.update(request);
+      std::cout << "step " << step << ": " << update.tets << " tets, " << update.vertices << " vertices; "
+                << update.splits << " splits, " << update.collapses << " collapses in " << update.seconds * 1000
+                << " ms\n";
     }
+    // The same mesh as one request would have given, whatever came before.
+    const ptet::Extraction mesh = session.extraction();
+    std::cout << "at last " << mesh.mesh.tets.size() << " tets with " << mesh.boundary_faces.size()
+              << " boundary faces\n";
   } catch (const ptet::Error& error) {
     std::cerr << error.what() << '\n';
     return 1;

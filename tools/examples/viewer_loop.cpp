@@ -1,16 +1,15 @@
-// What a viewer does each frame: a mesh of as many tets as the machine can afford, fine where the camera looks.
+// What a viewer does each frame: a mesh of as many tets as the machine can draw, fine where the camera looks, made from
+// the last one by what differs; only what changed goes to the graphics card.
 //
 //   viewer_loop FILE.ptet
-#include <algorithm>
 #include <cmath>
 #include <iostream>
 
-#include <ptet/dataset.hpp>
+#include <ptet/session.hpp>
 
 namespace {
 
 constexpr int kFrames = 60;
-constexpr double kSecondsPerFrame = 1.0 / 60;
 
 /// Where the camera looks in this frame: it goes round the middle of the domain.
 ptet::Point looked_at(const ptet::DatasetInfo& info, int frame) {
@@ -23,10 +22,12 @@ ptet::Point looked_at(const ptet::DatasetInfo& info, int frame) {
   return at;
 }
 
-/// More when there was time to spare, less at once when there was not.
-std::uint64_t next_budget(std::uint64_t budget, double seconds, const ptet::DatasetInfo& info) {
-  const double factor = seconds > kSecondsPerFrame ? 0.7 : seconds < kSecondsPerFrame / 2 ? 1.2 : 1;
-  return std::clamp(static_cast<std::uint64_t>(static_cast<double>(budget) * factor), info.base_tets, info.tets);
+/// Stands for the graphics card's copy of the tets.
+void upload(std::vector<std::array<std::uint32_t, 4>>& copy, const ptet::Session& session,
+            const ptet::SessionUpdate& update) {
+  copy.resize(session.tets().size());
+  for (const std::uint32_t slot : update.changed_tets)
+    copy[slot] = session.tets()[slot];
 }
 
 } // namespace
@@ -36,16 +37,19 @@ int main(int argc, char** argv) {
   try {
     const auto data = ptet::Dataset::open(argv[1]);
     const ptet::DatasetInfo& info = data->info();
-    std::uint64_t budget = info.tets / 10;
+    ptet::Session session(data);
+    std::vector<std::array<std::uint32_t, 4>> on_card;
     for (int frame = 0; frame < kFrames; ++frame) {
       ptet::Request request;
       request.focus.push_back(ptet::Sphere{looked_at(info, frame), 0.05 * info.diagonal});
-      request.max_tets = budget;
-      const ptet::Extraction cut = data->extract(request); // conforming; draw cut.mesh or cut.boundary_faces
+      request.max_tets = info.tets / 4;
+      request.max_milliseconds = 8; // what is not done by then the next frame does
+      const ptet::SessionUpdate& update = session.update(request);
+      upload(on_card, session, update);
       if (frame % 10 == 0)
-        std::cout << "frame " << frame << ": " << cut.mesh.tets.size() << " tets of " << budget << ", "
-                  << cut.seconds * 1000 << " ms, limited by " << name_of(cut.limited_by) << '\n';
-      budget = next_budget(budget, cut.seconds, info);
+        std::cout << "frame " << frame << ": " << update.tets << " tets, " << update.changed_tets.size()
+                  << " slots changed, " << update.seconds * 1000 << " ms, limited by " << name_of(update.limited_by)
+                  << '\n';
     }
   } catch (const ptet::Error& error) {
     std::cerr << error.what() << '\n';
