@@ -4,61 +4,147 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 
 namespace ptet {
 namespace {
 
 constexpr std::uint32_t kUnused = VertexId::kNone;
 
-// What is known of a record that is not in the cut.
-constexpr char kMadeTet = 1;  ///< a tet of the mesh is of its C(r)
-constexpr char kMadeFace = 2; ///< a boundary face is
+/// Visits records after their parents, and near ones one after the other: ids do the same but for a few.
+class DependencyOrder {
+public:
+  explicit DependencyOrder(const Refinement& refinement)
+      : refinement_(refinement), is_done_(refinement.record_count(), 0) {}
 
-/// The versions of the mesh, in output order.
-struct Present {
-  std::vector<std::uint32_t> tets, ghosts;
-  std::vector<char> made; ///< by record
+  /// Each record that `is_wanted(r)` and was not visited yet; their parents are wanted, too, or visited already.
+  template <class IsWanted, class Visit>
+  void visit(IsWanted&& is_wanted, Visit&& visit) {
+    for (std::uint32_t first = 0; first < is_done_.size(); ++first) {
+      if (is_done_[first] != 0 || !is_wanted(first)) continue;
+      open_.assign(1, first);
+      while (!open_.empty()) {
+        const std::uint32_t r = open_.back();
+        const auto parents = refinement_.parents(RecordId{r});
+        const auto waits_for = std::find_if(parents.begin(), parents.end(),
+                                            [&](RecordId parent) { return is_done_[parent.index()] == 0; });
+        if (waits_for != parents.end()) {
+          open_.push_back(waits_for->index());
+          continue;
+        }
+        open_.pop_back();
+        is_done_[r] = 1;
+        visit(r);
+      }
+    }
+  }
+
+private:
+  const Refinement& refinement_;
+  std::vector<char> is_done_;
+  std::vector<std::uint32_t> open_;
 };
 
-Present find_present(const Refinement& refinement, const Cut& cut) {
-  Present present;
-  present.made.assign(cut.applied.size(), 0);
-  std::size_t tet_count = refinement.base_tet_count();
-  for (std::uint32_t r = 0; r < cut.applied.size(); ++r)
-    if (cut.applied[r] != 0) tet_count += refinement.added_tet_count(RecordId{r});
-  present.tets.reserve(tet_count);
-  const auto add = [&](std::uint32_t first, std::uint32_t count) {
-    for (std::uint32_t t = first; t < first + count; ++t) {
-      const RecordId creator = refinement.creator(VersionId{t});
-      if (!creator.is_none() && cut.applied[creator.index()] != 0) continue;
-      const bool is_ghost = refinement.is_ghost(VersionId{t});
-      (is_ghost ? present.ghosts : present.tets).push_back(t);
-      if (!creator.is_none()) present.made[creator.index()] |= is_ghost ? kMadeFace : kMadeTet;
-    }
-  };
-  add(0, refinement.base_version_count());
-  for (std::uint32_t r = 0; r < cut.applied.size(); ++r)
-    if (cut.applied[r] != 0) add(refinement.first_fine(RecordId{r}).index(), refinement.fine_count(RecordId{r}));
-  return present;
-}
+/// The mesh of a cut, made as it was refined: base tets and boundary faces first, then those of each split where it
+/// comes in DependencyOrder.
+class Assembly {
+public:
+  Assembly(const Refinement& refinement, const Cut& cut)
+      : refinement_(refinement), cut_(cut), order_(refinement),
+        slot_of_place_(std::make_unique_for_overwrite<std::uint32_t[]>(refinement.place_count())) {}
 
-/// Numbers the vertices that are to be put out; returns their file ids.
-std::vector<VertexId> number_vertices(const Refinement& refinement, const Present& present, bool all,
-                                      std::vector<std::uint32_t>& row) {
-  row.assign(refinement.base_vertex_count() + std::size_t{refinement.record_count()}, all ? 0 : kUnused);
-  if (!all)
-    for (const std::uint32_t t : present.tets)
-      for (const VertexId v : refinement.vertices(VersionId{t}))
-        row[v.index()] = 0;
-  std::vector<VertexId> in_file;
-  in_file.reserve(static_cast<std::size_t>(std::count(row.begin(), row.end(), 0U)));
-  for (std::uint32_t v = 0; v < row.size(); ++v)
-    if (row[v] != kUnused) {
-      row[v] = static_cast<std::uint32_t>(in_file.size());
-      in_file.emplace_back(v);
+  void run(bool all_vertices) {
+    number_vertices(all_vertices);
+    std::size_t tet_count = refinement_.base_tet_count();
+    for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
+      if (cut_.applied[r] != 0) tet_count += refinement_.added_tet_count(RecordId{r});
+    tets.reserve(tet_count);
+    for (std::uint32_t t = 0; t < refinement_.base_version_count(); ++t) {
+      const Tet& tet = refinement_.vertices(VersionId{t});
+      add(t, {row(tet[0]), row(tet[1]), row(tet[2]), row(tet[3])});
     }
-  return in_file;
-}
+    order_.visit([&](std::uint32_t r) { return cut_.applied[r] != 0; }, [&](std::uint32_t r) { split(RecordId{r}); });
+  }
+
+  /// For each tet the first record after the cut that changes its place: its collapse made the tet. All records must be
+  /// in memory; to be called once, after run().
+  [[nodiscard]] std::vector<RecordId> find_makers() {
+    std::vector<RecordId> makers(tets.size());
+    std::vector<char> is_present(refinement_.place_count(), 0);
+    std::fill_n(is_present.begin(), refinement_.base_version_count(), 1);
+    for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
+      if (cut_.applied[r] != 0)
+        std::fill_n(is_present.begin() + refinement_.rim_place(RecordId{r}), refinement_.rim(RecordId{r}).size(), 1);
+    order_.visit([](std::uint32_t) { return true; },
+                 [&](std::uint32_t r) {
+                   for (const Place place : refinement_.modified(RecordId{r})) {
+                     if (place.is_ghost() || is_present[place.index()] == 0) continue;
+                     RecordId& maker = makers[slot_of_place_[place.index()]];
+                     if (maker.is_none()) maker = RecordId{r};
+                   }
+                 });
+    return makers;
+  }
+
+  std::vector<VertexId> in_file; ///< by vertex of the mesh
+  std::vector<Tet> tets;
+  std::vector<std::array<VertexId, 3>> faces;
+
+private:
+  // Vertices that no tet of the base uses are in the original only.
+  void number_vertices(bool all) {
+    row_.assign(refinement_.base_vertex_count() + std::size_t{refinement_.record_count()}, kUnused);
+    std::fill_n(row_.begin(), refinement_.base_vertex_count(), all ? 0 : kUnused);
+    for (std::uint32_t t = 0; t < refinement_.base_tet_count(); ++t)
+      for (const VertexId v : refinement_.vertices(VersionId{t}))
+        row_[v.index()] = 0;
+    in_file.reserve(refinement_.base_vertex_count() + std::size_t{cut_.count});
+    for (std::uint32_t v = 0; v < row_.size(); ++v)
+      if (v < refinement_.base_vertex_count() ? row_[v] == 0 : cut_.applied[v - refinement_.base_vertex_count()] != 0) {
+        row_[v] = static_cast<std::uint32_t>(in_file.size());
+        in_file.emplace_back(v);
+      }
+  }
+
+  [[nodiscard]] VertexId row(VertexId v) const { return v == kDummyVertex ? v : VertexId{row_[v.index()]}; }
+
+  void add(std::uint32_t place, const Tet& tet) {
+    const auto at = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), kDummyVertex) - tet.begin());
+    if (at == 4) {
+      slot_of_place_[place] = static_cast<std::uint32_t>(tets.size());
+      tets.push_back(tet);
+      return;
+    }
+    // (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside.
+    slot_of_place_[place] = static_cast<std::uint32_t>(faces.size());
+    faces.push_back({tet[at ^ 1U], tet[at ^ 3U], tet[at ^ 2U]});
+  }
+
+  void split(RecordId r) {
+    const VertexId u = row(refinement_.target(r)), v = row(refinement_.vertex_of(r));
+    for (const Place place : refinement_.modified(r)) {
+      const std::uint32_t slot = slot_of_place_[place.index()];
+      if (place.is_ghost())
+        std::replace(faces[slot].begin(), faces[slot].end(), u, v);
+      else
+        std::replace(tets[slot].begin(), tets[slot].end(), u, v);
+    }
+    const auto rim = refinement_.rim(r);
+    std::uint32_t place = refinement_.rim_place(r);
+    VertexId a = row(rim.front());
+    for (std::size_t i = 1; i <= rim.size(); ++i) {
+      const VertexId b = row(rim[i < rim.size() ? i : 0]);
+      add(place++, {v, u, a, b});
+      a = b;
+    }
+  }
+
+  const Refinement& refinement_;
+  const Cut& cut_;
+  DependencyOrder order_;
+  std::unique_ptr<std::uint32_t[]> slot_of_place_; ///< of places in the mesh
+  std::vector<std::uint32_t> row_;                 ///< by vertex in the file
+};
 
 /// The rows of the vertices; runs of neighbours are copied at once.
 PointArray gather(const PointArray& from, const std::vector<VertexId>& vertices) {
@@ -77,7 +163,7 @@ PointArray gather(const PointArray& from, const std::vector<VertexId>& vertices)
 }
 
 // Codes: of the records known to have made something of the mesh, their own; of blocks not read, the largest.
-std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& cut, const Present& present) {
+std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& cut) {
   const file::Content& content = hierarchy.content();
   const std::size_t count = content.errors_per_record, domain = count - 1;
   std::vector<ErrorCode16> achieved(count, 0);
@@ -89,17 +175,26 @@ std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& c
       continue;
     }
     for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+      if (cut.applied[r] != 0) continue;
       const ErrorCode16* const own = content.own.data() + r * count;
-      if ((present.made[r] & kMadeTet) != 0)
-        for (std::size_t i = 0; i < domain; ++i)
-          achieved[i] = std::max(achieved[i], own[i]);
-      if ((present.made[r] & kMadeFace) != 0) achieved[domain] = std::max(achieved[domain], own[domain]);
+      for (std::size_t i = 0; i < count; ++i)
+        if (own[i] > achieved[i] && has_made(content.refinement, r, i == domain ? kHasGhosts : kHasTets, cut.applied))
+          achieved[i] = own[i];
     }
   }
   return achieved;
 }
 
 } // namespace
+
+bool has_made(const Refinement& refinement, std::uint32_t r, VersionKinds kind, const std::vector<char>& applied) {
+  if ((refinement.base_kinds(RecordId{r}) & kind) != 0) return true;
+  const auto parents = refinement.parents(RecordId{r});
+  const auto kinds = refinement.parent_kinds(RecordId{r});
+  for (std::size_t i = 0; i < parents.size(); ++i)
+    if ((kinds[i] & kind) != 0 && applied[parents[i].index()] != 0) return true;
+  return false;
+}
 
 void SquaredErrorSum::add(double x) {
   sum_ += x;
@@ -156,38 +251,20 @@ std::vector<double> rms_error(const Hierarchy& hierarchy, const std::vector<char
 
 Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_origins) {
   const file::Content& content = hierarchy.content();
-  const Refinement& refinement = content.refinement;
-  const Present present = find_present(refinement, cut);
+  Assembly assembly(content.refinement, cut);
+  assembly.run(cut.count == cut.applied.size());
 
   Extraction result;
   result.limited_by = cut.limited_by;
-  std::vector<std::uint32_t> row;
-  result.vertex_in_file = number_vertices(refinement, present, cut.count == cut.applied.size(), row);
+  if (with_origins) result.made_by = assembly.find_makers();
+  result.vertex_in_file = std::move(assembly.in_file);
   result.mesh.positions = gather(content.positions, result.vertex_in_file);
   for (const PointArray& array : content.arrays)
     result.mesh.point_arrays.push_back(gather(array, result.vertex_in_file));
+  result.mesh.tets = std::move(assembly.tets);
+  result.boundary_faces = std::move(assembly.faces);
 
-  result.mesh.tets.resize(present.tets.size());
-  for (std::size_t i = 0; i < present.tets.size(); ++i) {
-    const Tet& tet = refinement.vertices(VersionId{present.tets[i]});
-    for (std::size_t corner = 0; corner < 4; ++corner)
-      result.mesh.tets[i][corner] = VertexId{row[tet[corner].index()]};
-  }
-  result.boundary_faces.reserve(present.ghosts.size());
-  for (const std::uint32_t t : present.ghosts) {
-    const Tet& ghost = refinement.vertices(VersionId{t});
-    const auto at = static_cast<std::uint32_t>(std::find(ghost.begin(), ghost.end(), kDummyVertex) - ghost.begin());
-    // (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside.
-    result.boundary_faces.push_back({VertexId{row[ghost[at ^ 1U].index()]}, VertexId{row[ghost[at ^ 3U].index()]},
-                                     VertexId{row[ghost[at ^ 2U].index()]}});
-  }
-  if (with_origins) {
-    result.made_by.reserve(present.tets.size());
-    for (const std::uint32_t t : present.tets)
-      result.made_by.push_back(refinement.creator(VersionId{t}));
-  }
-
-  const std::vector<ErrorCode16> achieved = achieved_codes(hierarchy, cut, present);
+  const std::vector<ErrorCode16> achieved = achieved_codes(hierarchy, cut);
   for (const file::ArrayInfo& array : hierarchy.header().arrays)
     if (array.governing) result.field_error.push_back(decode_error(achieved[result.field_error.size()], array.range));
   result.rms_error = rms_error(hierarchy, cut.applied);

@@ -1,4 +1,4 @@
-// From a cut to the mesh: flat passes over the versions that its records make.
+// From a cut to the mesh: the base, refined by the splits of the cut.
 #pragma once
 
 #include "lod/cut.hpp"
@@ -9,9 +9,14 @@ namespace ptet {
 
 /// Fills all of Extraction but bytes_read and seconds. The lock must be held.
 ///
-/// Vertices come in ascending file id; tets base first, then by the record that brings them: an order that does not
-/// depend on what was read when.
+/// Vertices come in ascending file id; tets and faces base first, then with the records that bring their places: an
+/// order that does not depend on what was read when.
 [[nodiscard]] Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_origins);
+
+/// Whether some version in C(r), of the kind asked for, is in the mesh of a cut (by record) that `r` is not in: its
+/// errors then count. One of the base is, or one that a parent in the cut brought. The lock must be held.
+[[nodiscard]] bool has_made(const Refinement& refinement, std::uint32_t r, VersionKinds kind,
+                            const std::vector<char>& applied);
 
 /// A sum of squared errors, fractions of range^2, that is never below the true one by rounding.
 class SquaredErrorSum {

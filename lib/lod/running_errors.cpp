@@ -78,23 +78,13 @@ ErrorCode16 RunningErrors::largest(std::size_t code, const std::vector<char>& ap
     const file::BlockInfo& block = hierarchy_.blocks()[b];
     for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
       if (const ErrorCode16 own = content.own[r * codes_ + code];
-          own > found && applied[r] == 0 && has_made(r, kind, applied))
+          own > found && applied[r] == 0 && has_made(content.refinement, r, kind, applied))
         found = own;
   };
   if (most > found) look_at(most_at);
   for (std::size_t b = 0; b < read.size(); ++b)
     look_at(b);
   return found;
-}
-
-bool RunningErrors::has_made(std::uint32_t r, VersionKinds kind, const std::vector<char>& applied) const {
-  const Refinement& refinement = hierarchy_.content().refinement;
-  if ((refinement.base_kinds(RecordId{r}) & kind) != 0) return true;
-  const auto parents = refinement.parents(RecordId{r});
-  const auto kinds = refinement.parent_kinds(RecordId{r});
-  for (std::size_t i = 0; i < parents.size(); ++i)
-    if ((kinds[i] & kind) != 0 && applied[parents[i].index()] != 0) return true;
-  return false;
 }
 
 } // namespace ptet

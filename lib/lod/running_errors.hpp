@@ -31,7 +31,6 @@ private:
   [[nodiscard]] std::size_t block_of(std::uint32_t r) const;
   void measure(std::size_t block, const std::vector<char>& applied);
   [[nodiscard]] ErrorCode16 largest(std::size_t code, const std::vector<char>& applied, const BlockSet& read) const;
-  [[nodiscard]] bool has_made(std::uint32_t r, VersionKinds kind, const std::vector<char>& applied) const;
 
   const Hierarchy& hierarchy_;
   std::size_t codes_;
