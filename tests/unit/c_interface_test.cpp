@@ -232,10 +232,8 @@ TEST_CASE("C interface: what a callback throws becomes an error") {
   ptet_dataset* dataset = nullptr;
   const auto open = [&](ptet_error** error) { return ptet_dataset_open_source(&source, &dataset, error); };
   CHECK(answer(open).first == PTET_OUT_OF_MEMORY);
-  source.read = [](void*, std::uint64_t, std::uint64_t, void*) -> std::int32_t {
-    throw Error(ErrorCode::kLimit, "no");
-  };
-  CHECK(answer(open) == std::pair<ptet_status, std::string>(PTET_LIMIT, "no"));
+  source.read = [](void*, std::uint64_t, std::uint64_t, void*) -> std::int32_t { throw Error(ErrorCode::kIo, "no"); };
+  CHECK(answer(open) == std::pair<ptet_status, std::string>(PTET_IO_ERROR, "no"));
   CHECK(dataset == nullptr);
 
   const Owned<ptet_builder> builder(ptet_builder_new());
