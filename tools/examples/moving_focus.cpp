@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
     for (int step = 0; step <= kSteps; ++step) {
       ptet::Request request;
       request.field_error.push_back({"", {0.1, true}}); // everywhere: 10% of the range of every field
-      request.focus.push_back(ptet::Sphere{on_diagonal(info, double(step) / kSteps), 0.1 * info.diagonal});
+      request.focus.push_back({ptet::Sphere{on_diagonal(info, double(step) / kSteps), 0.1 * info.diagonal}});
       const ptet::SessionUpdate& update = session.update(request);
       std::cout << "step " << step << ": " << update.tets << " tets, " << update.vertices << " vertices; "
                 << update.splits << " splits, " << update.collapses << " collapses in " << update.seconds * 1000

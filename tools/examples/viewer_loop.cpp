@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     std::vector<std::array<std::uint32_t, 4>> on_card;
     for (int frame = 0; frame < kFrames; ++frame) {
       ptet::Request request;
-      request.focus.push_back(ptet::Sphere{looked_at(info, frame), 0.05 * info.diagonal});
+      request.focus.push_back({ptet::Sphere{looked_at(info, frame), 0.05 * info.diagonal}});
       request.max_tets = info.tets / 4;
       request.max_milliseconds = 8; // what is not done by then the next frame does
       const ptet::SessionUpdate& update = session.update(request);
