@@ -134,10 +134,8 @@ Reader::Reader(std::unique_ptr<Source> source) : source_(std::move(source)), dec
   const auto table_bytes = content(SectionKind::kTable);
   auto table = in_section(SectionKind::kTable, table_bytes);
   d.rows = parse_table(table, d.fixed, blocks);
-  for (const TableRow& row : d.rows) {
+  for (const TableRow& row : d.rows)
     blocks_.push_back(row.info);
-    d.block_of.insert(d.block_of.end(), row.info.record_count, static_cast<std::uint32_t>(blocks_.size() - 1));
-  }
   const auto manifest_bytes = content(SectionKind::kManifest);
   auto manifest = in_section(SectionKind::kManifest, manifest_bytes);
   manifest_ = parse_manifest(manifest);
@@ -241,7 +239,11 @@ void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
   }
   std::erase_if(wanted, [&](std::uint32_t block) { return content.block_loaded[block] != 0; });
   if (wanted.empty()) return;
-  if (!d.codec) d.codec.emplace(*d.schema, blocks_, std::size_t{header_.base_vertex_count} + header_.record_count);
+  if (!d.codec) {
+    d.codec.emplace(*d.schema, blocks_, std::size_t{header_.base_vertex_count} + header_.record_count);
+    for (std::uint32_t block = 0; block < blocks_.size(); ++block)
+      d.block_of.insert(d.block_of.end(), blocks_[block].record_count, block);
+  }
 
   std::vector<OpenBlock> open;
   open.reserve(wanted.size());
@@ -305,6 +307,8 @@ void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
     for (std::uint32_t r = 0; r < header_.record_count; ++r)
       tets += content.refinement.added_tet_count(RecordId{r});
     if (tets != header_.tet_count) fail_file("the full mesh does not have the number of tets of the header", 0);
+    d.codec.reset();
+    std::vector<std::uint32_t>().swap(d.block_of);
   }
 }
 

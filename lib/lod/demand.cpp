@@ -43,15 +43,14 @@ bool Demand::is_in_focus(RecordId r) const {
 // there: where the boundary has moved they cover more.
 bool Demand::star_meets(const FocusRegion& region, RecordId r) const {
   const Refinement& refinement = hierarchy_.content().refinement;
-  const VertexId target = refinement.target(r);
-  const std::uint32_t first = refinement.first_fine(r).index();
-  for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) {
-    Tet tet = refinement.vertices(VersionId{t});
-    if (tet_meets(region, tet)) return true;
-    if (std::find(tet.begin(), tet.end(), target) != tet.end()) continue;
-    tet[0] = target;
-    if (tet_meets(region, tet)) return true;
+  const VertexId u = refinement.target(r), v = refinement.vertex_of(r);
+  for (std::size_t k = 0; k < refinement.modified(r).size(); ++k) {
+    const auto [a, b, c] = refinement.link_triangle(r, k);
+    if (tet_meets(region, {v, a, b, c}) || tet_meets(region, {u, a, b, c})) return true;
   }
+  const auto rim = refinement.rim(r);
+  for (std::size_t i = 0; i < rim.size(); ++i)
+    if (tet_meets(region, {v, u, rim[i], rim[i + 1 < rim.size() ? i + 1 : 0]})) return true;
   return false;
 }
 

@@ -1,5 +1,7 @@
 #include "lod/extraction.hpp"
 
+#include "lod/replace_corner.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -125,9 +127,9 @@ private:
     for (const Place place : refinement_.modified(r)) {
       const std::uint32_t slot = slot_of_place_[place.index()];
       if (place.is_ghost())
-        std::replace(faces[slot].begin(), faces[slot].end(), u, v);
+        replace_corner(faces[slot], u, v);
       else
-        std::replace(tets[slot].begin(), tets[slot].end(), u, v);
+        replace_corner(tets[slot], u, v);
     }
     const auto rim = refinement_.rim(r);
     std::uint32_t place = refinement_.rim_place(r);

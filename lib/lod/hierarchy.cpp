@@ -4,17 +4,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ptet {
 namespace {
 
-float rounded_down(double x) {
-  const auto nearest = static_cast<float>(x);
-  return nearest > x ? std::nextafter(nearest, -INFINITY) : nearest;
-}
-float rounded_up(double x) {
-  return -rounded_down(-x);
-}
+/// Steps of a star's box along one axis of the domain's.
+struct Steps {
+  double min, max;
+  static constexpr std::uint16_t kMost = std::numeric_limits<std::uint16_t>::max();
+
+  [[nodiscard]] double size() const { return max / kMost - min / kMost; }
+  // The ends are exact.
+  [[nodiscard]] double lower(std::uint16_t step) const { return min + step * size(); }
+  [[nodiscard]] double upper(std::uint16_t step) const { return max - (kMost - step) * size(); }
+
+  [[nodiscard]] std::uint16_t rounded_down(double x) const {
+    std::uint16_t step = nearest((x - min) / size());
+    while (step > 0 && lower(step) > x)
+      --step;
+    return step;
+  }
+  [[nodiscard]] std::uint16_t rounded_up(double x) const {
+    std::uint16_t step = nearest((x - min) / size());
+    while (step < kMost && upper(step) < x)
+      ++step;
+    return step;
+  }
+  [[nodiscard]] static std::uint16_t nearest(double step) {
+    return step > 0 ? static_cast<std::uint16_t>(std::min<double>(step, kMost)) : std::uint16_t{0}; // NaN: 0
+  }
+};
 
 } // namespace
 
@@ -60,6 +80,7 @@ void Hierarchy::load(const BlockSet& closed) {
       check_dependencies(blocks()[b]);
       dispatch(content_.positions.type, [&]<class T>(T) { measure_stars<T>(blocks()[b]); });
     }
+    content_.refinement.settle(); // once all is read
   } catch (...) {
     broken_ = std::current_exception();
     throw;
@@ -109,8 +130,9 @@ void Hierarchy::measure_stars(const file::BlockInfo& block) {
       for (std::size_t corner = 1; corner < 4; ++corner)
         add(refinement.vertices(VersionId{t})[corner]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      star_box_[r].min[axis] = rounded_down(min[axis]);
-      star_box_[r].max[axis] = rounded_up(max[axis]);
+      const Steps steps{header().box_min[axis], header().box_max[axis]};
+      star_box_[r].min[axis] = steps.rounded_down(min[axis]);
+      star_box_[r].max[axis] = steps.rounded_up(max[axis]);
     }
   }
 }
@@ -125,8 +147,14 @@ Point Hierarchy::position(VertexId v) const {
 }
 
 std::pair<Point, Point> Hierarchy::star_box(RecordId r) const {
-  const FloatBox& box = star_box_[r.index()];
-  return {Point{box.min[0], box.min[1], box.min[2]}, Point{box.max[0], box.max[1], box.max[2]}};
+  const StepBox& box = star_box_[r.index()];
+  Point min, max;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Steps steps{header().box_min[axis], header().box_max[axis]};
+    min[axis] = steps.lower(box.min[axis]);
+    max[axis] = steps.upper(box.max[axis]);
+  }
+  return {min, max};
 }
 
 } // namespace ptet

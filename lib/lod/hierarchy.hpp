@@ -50,8 +50,9 @@ public:
   [[nodiscard]] std::pair<Point, Point> star_box(RecordId r) const;
 
 private:
-  struct FloatBox {
-    std::array<float, 3> min, max;
+  /// In steps of the domain's box.
+  struct StepBox {
+    std::array<std::uint16_t, 3> min, max;
   };
 
   void check_dependencies(const file::BlockInfo& block) const;
@@ -60,7 +61,7 @@ private:
 
   file::Reader reader_;
   file::Content content_;
-  std::vector<FloatBox> star_box_; ///< rounded outward
+  std::vector<StepBox> star_box_; ///< rounded outward
   std::uint32_t used_base_vertex_count_ = 0;
   std::exception_ptr broken_;
   mutable std::shared_mutex mutex_;

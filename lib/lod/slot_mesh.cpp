@@ -1,5 +1,7 @@
 #include "lod/slot_mesh.hpp"
 
+#include "lod/replace_corner.hpp"
+
 #include <algorithm>
 #include <cstring>
 
@@ -50,6 +52,7 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
   for (const PointArray& array : content.arrays)
     arrays_.push_back({array.name, array.type, array.components, {}});
   slot_of_vertex_.assign(content.positions.size(), kUnused);
+  rim_place_.assign(refinement.record_count(), kUnused);
   make_room();
   for (std::uint32_t t = 0; t < refinement.base_tet_count(); ++t)
     for (const VertexId v : refinement.vertices(VersionId{t}))
@@ -71,7 +74,23 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
 }
 
 void SlotMesh::make_room() {
+  if (!is_settled_ && hierarchy_.content().refinement.is_settled()) settle();
   slot_of_place_.resize(hierarchy_.content().refinement.place_count(), kUnused);
+}
+
+// The slots stay, places are named anew.
+void SlotMesh::settle() {
+  const Refinement& refinement = hierarchy_.content().refinement;
+  std::vector<std::uint32_t> slot(refinement.place_count(), kUnused);
+  std::copy_n(slot_of_place_.begin(), std::min<std::size_t>(refinement.base_version_count(), slot_of_place_.size()),
+              slot.begin());
+  for (std::uint32_t r = 0; r < rim_place_.size(); ++r)
+    if (rim_place_[r] != kUnused)
+      std::copy_n(slot_of_place_.begin() + rim_place_[r], refinement.rim(RecordId{r}).size(),
+                  slot.begin() + refinement.rim_place(RecordId{r}));
+  slot_of_place_.swap(slot);
+  std::vector<std::uint32_t>().swap(rim_place_);
+  is_settled_ = true;
 }
 
 std::uint32_t SlotMesh::add_vertex(VertexId v) {
@@ -106,10 +125,10 @@ void SlotMesh::add_ghost(std::uint32_t place, const TetSlots& slots, std::size_t
 void SlotMesh::replace(Place place, std::uint32_t from, std::uint32_t to) {
   const std::uint32_t slot = slot_of_place_[place.index()];
   if (place.is_ghost()) {
-    std::replace(faces_.rows[slot].begin(), faces_.rows[slot].end(), from, to);
+    replace_corner(faces_.rows[slot], from, to);
     faces_.tell(slot, now_);
   } else {
-    std::replace(tets_.rows[slot].begin(), tets_.rows[slot].end(), from, to);
+    replace_corner(tets_.rows[slot], from, to);
     tets_.tell(slot, now_);
   }
 }
@@ -123,6 +142,7 @@ void SlotMesh::split(RecordId r) {
   const std::span<const VertexId> rim = refinement.rim(r);
   const auto slot = [&](VertexId w) { return w == kDummyVertex ? kUnused : slot_of_vertex_[w.index()]; };
   std::uint32_t place = refinement.rim_place(r);
+  if (!is_settled_) rim_place_[r.index()] = place;
   std::uint32_t a = slot(rim.front());
   for (std::size_t i = 1; i <= rim.size(); ++i) {
     const std::uint32_t b = slot(rim[i < rim.size() ? i : 0]);
@@ -142,6 +162,7 @@ void SlotMesh::collapse(RecordId r) {
   for (const Place place : refinement.modified(r))
     replace(place, v, u);
   const std::span<const VertexId> rim = refinement.rim(r);
+  if (!is_settled_) rim_place_[r.index()] = kUnused;
   // Backwards, so that splitting again takes the same slots.
   for (std::size_t i = rim.size(); i-- > 0;) {
     const std::uint32_t slot = slot_of_place_[refinement.rim_place(r) + i];

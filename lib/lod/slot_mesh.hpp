@@ -68,6 +68,7 @@ private:
   std::uint32_t add_vertex(VertexId v);
   void remove_vertex(VertexId v);
   void replace(Place place, std::uint32_t from, std::uint32_t to);
+  void settle();
   void add_ghost(std::uint32_t place, const std::array<std::uint32_t, 4>& slots, std::size_t dummy_corner);
 
   const Hierarchy& hierarchy_;
@@ -77,6 +78,8 @@ private:
   PointArray positions_;
   std::vector<PointArray> arrays_;
   std::vector<std::uint32_t> slot_of_place_;  ///< of a tet or a face, as the place is one's or the other's
+  bool is_settled_ = false;                   ///< places are numbered as in the settled refinement
+  std::vector<std::uint32_t> rim_place_;      ///< by record, of those that are split, until then
   std::vector<std::uint32_t> slot_of_vertex_; ///< by id in the file
   std::vector<VertexId> unused_;              ///< base vertices of no base tet
   bool shows_unused_ = false;

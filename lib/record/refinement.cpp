@@ -307,6 +307,126 @@ void Refinement::add_rim(RecordId r, VertexId target) {
   }
 }
 
+namespace {
+
+/// Frees the memory that `values` has beyond what it needs.
+template <class T>
+void fit(std::vector<T>& values) {
+  std::vector<T>(values).swap(values);
+}
+template <class T>
+void drop(std::vector<T>& values) {
+  std::vector<T>().swap(values);
+}
+
+} // namespace
+
+void Refinement::settle() {
+  if (is_settled_ || applied_count_ != record_count()) return;
+  settle_links(); // looks at versions
+  drop(state_);
+  versions_.resize(base_version_count_);
+  fit(versions_);
+  settle_places();
+  settle_parents();
+  drop(first_fine_);
+  drop(marks_);
+  drop(region_);
+  drop(rim_);
+  is_settled_ = true;
+}
+
+void Refinement::settle_links() {
+  std::vector<VertexId> vertices, wide, link;
+  vertices.reserve(rim_vertices_.size() + modified_.size() / 3);
+  triangles_.reserve(modified_.size());
+  for (std::uint32_t r = 0; r < record_count(); ++r) {
+    const auto ring = rim(RecordId{r});
+    link.assign(ring.begin(), ring.end());
+    wide.clear();
+    const std::size_t first = triangles_.size();
+    for (std::uint32_t k = 0; k < modified(RecordId{r}).size(); ++k) {
+      const Tet& tet = versions_[first_fine_[r] + k];
+      std::uint32_t packed = 0;
+      for (std::uint32_t corner = 1; corner < 4; ++corner) {
+        const auto at = std::find(link.begin(), link.end(), tet[corner]);
+        packed |= static_cast<std::uint32_t>(at - link.begin()) << (kLinkBits * (corner - 1));
+        if (at == link.end()) link.push_back(tet[corner]);
+        wide.push_back(tet[corner]);
+      }
+      triangles_.push_back(static_cast<std::uint16_t>(packed));
+    }
+    if (link.size() > (1U << kLinkBits)) {
+      std::fill(triangles_.begin() + static_cast<std::ptrdiff_t>(first), triangles_.end(), std::uint16_t{0xFFFF});
+      wide_triangles_.emplace_back(r, wide);
+      link.resize(ring.size());
+    }
+    rim_begin_[r] = static_cast<std::uint32_t>(vertices.size()); // of the new table; the old one is read no more
+    vertices.insert(vertices.end(), link.begin(), link.end());
+  }
+  rim_vertices_ = std::move(vertices);
+  fit(rim_vertices_);
+}
+
+// Near records, which have near numbers, then have near places: a mesh that is refined in the order of the records
+// finds them in the cache.
+void Refinement::settle_places() {
+  settled_place_count_ = place_count();
+  drop(live_);
+  std::vector<std::uint32_t> renumbered(settled_place_count_);
+  std::uint32_t next = 0;
+  while (next < base_version_count_) {
+    renumbered[next] = next;
+    ++next;
+  }
+  for (std::uint32_t r = 0; r < record_count(); ++r) {
+    const std::uint32_t old = std::exchange(rim_place_[r], next);
+    for (std::uint32_t i = 0; i < rim_vertex_count_[r]; ++i)
+      renumbered[old + i] = next++;
+  }
+  std::vector<Place> packed;
+  packed.reserve(modified_.size());
+  for (std::uint32_t r = 0; r < record_count(); ++r) {
+    const auto places = modified(RecordId{r});
+    modified_begin_[r] = static_cast<std::uint32_t>(packed.size());
+    for (const Place place : places)
+      packed.emplace_back(renumbered[place.index()], place.is_ghost());
+  }
+  modified_ = std::move(packed);
+}
+
+void Refinement::settle_parents() {
+  std::vector<RecordId> packed;
+  std::vector<VersionKinds> kinds;
+  packed.reserve(parents_.size());
+  kinds.reserve(parents_.size());
+  for (std::uint32_t r = 0; r < record_count(); ++r) {
+    const auto mine = parents(RecordId{r});
+    const auto my_kinds = parent_kinds(RecordId{r});
+    parent_begin_[r] = static_cast<std::uint32_t>(packed.size());
+    packed.insert(packed.end(), mine.begin(), mine.end());
+    kinds.insert(kinds.end(), my_kinds.begin(), my_kinds.end());
+  }
+  parents_ = std::move(packed);
+  parent_kinds_ = std::move(kinds);
+}
+
+std::array<VertexId, 3> Refinement::link_triangle(RecordId r, std::size_t k) const {
+  if (!is_settled_) {
+    const Tet& tet = versions_[first_fine_[r.index()] + k];
+    return {tet[1], tet[2], tet[3]};
+  }
+  const std::uint32_t packed = triangles_[modified_begin_[r.index()] + k];
+  if (packed != 0xFFFF) {
+    constexpr std::uint32_t kMask = (1U << kLinkBits) - 1;
+    const VertexId* const link = rim_vertices_.data() + rim_begin_[r.index()];
+    return {link[packed & kMask], link[(packed >> kLinkBits) & kMask], link[packed >> (2 * kLinkBits)]};
+  }
+  const auto wide = std::lower_bound(wide_triangles_.begin(), wide_triangles_.end(), r.index(),
+                                     [](const auto& row, std::uint32_t record) { return row.first < record; });
+  return {wide->second[3 * k], wide->second[3 * k + 1], wide->second[3 * k + 2]};
+}
+
 std::span<const RecordId> Refinement::parents(RecordId r) const {
   return {parents_.data() + parent_begin_[r.index()], parent_count_[r.index()]};
 }

@@ -141,7 +141,9 @@ public:
   [[nodiscard]] VersionKinds base_kinds(RecordId r) const { return base_kinds_[r.index()]; }
 
   // What split(r) does, see Place; r applied.
-  [[nodiscard]] std::uint32_t place_count() const { return static_cast<std::uint32_t>(live_.size()); }
+  [[nodiscard]] std::uint32_t place_count() const {
+    return is_settled_ ? settled_place_count_ : static_cast<std::uint32_t>(live_.size());
+  }
   [[nodiscard]] std::span<const Place> modified(RecordId r) const {
     return {modified_.data() + modified_begin_[r.index()],
             std::size_t{fine_count_[r.index()]} - rim_vertex_count_[r.index()]};
@@ -152,7 +154,18 @@ public:
     return {rim_vertices_.data() + rim_begin_[r.index()], rim_vertex_count_[r.index()]};
   }
 
-  /// Explains the first broken invariant; empty when all hold. O(versions).
+  /// Gives up what only further splits need, all records being applied: versions but those of the base, creators,
+  /// neighbours. What is kept is packed in the order of the records, and places are numbered anew: the base's, then
+  /// those of each record's rim. vertices() is then for base versions only; creator(), neighbour() and first_fine() are
+  /// for none.
+  void settle();
+  [[nodiscard]] bool is_settled() const { return is_settled_; }
+
+  /// The corners 1, 2, 3 of the k-th modified tet of F(r), k < modified(r).size(); corner 0 is vertex_of(r). The tets
+  /// that split(r) modifies are (target(r), ...) with the same, F(r) has those of the rim besides.
+  [[nodiscard]] std::array<VertexId, 3> link_triangle(RecordId r, std::size_t k) const;
+
+  /// Explains the first broken invariant; empty when all hold. Not when settled. O(versions).
   [[nodiscard]] std::string validate() const;
 
 private:
@@ -199,6 +212,9 @@ private:
   void add_rim(RecordId r, VertexId target);
   void join_region(std::uint32_t place);
   void close_boundary();
+  void settle_places();
+  void settle_links();
+  void settle_parents();
   [[noreturn]] static void fail(RecordId r, const char* what);
 
   [[nodiscard]] VertexMark& mark_of(VertexId v) { return marks_[v == kDummyVertex ? marks_.size() - 1 : v.index()]; }
@@ -223,7 +239,16 @@ private:
   std::vector<std::uint32_t> modified_begin_, rim_begin_, rim_place_;
   std::vector<std::uint16_t> rim_vertex_count_;
   std::vector<Place> modified_;
+  /// When settled the other vertices of link triangles follow those of the rim.
   std::vector<VertexId> rim_vertices_;
+
+  // When settled. Link triangles beside modified_: numbers among the link's vertices, of kLinkBits bits each. Where
+  // the link has more vertices than that can tell, wide_triangles_ has them one by one.
+  static constexpr std::uint32_t kLinkBits = 5;
+  bool is_settled_ = false;
+  std::uint32_t settled_place_count_ = 0;
+  std::vector<std::uint16_t> triangles_;
+  std::vector<std::pair<std::uint32_t, std::vector<VertexId>>> wide_triangles_; ///< by record, ascending
 
   // By version. State: its place in live_ while it is present, kReplaced | creator afterwards.
   std::vector<Tet> versions_;
