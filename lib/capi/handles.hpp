@@ -23,6 +23,9 @@ struct ptet_dataset {
 };
 struct ptet_request {
   ptet::Request request;
+  // What regions have that are still to be added.
+  ptet::Bound focus_error{0, true};
+  std::optional<ptet::Bound> falloff;
 };
 struct ptet_extraction {
   ptet::Extraction extraction;

@@ -3,24 +3,53 @@
 #include <algorithm>
 
 namespace ptet {
+namespace {
+
+constexpr std::uint64_t kTetBytes = sizeof(Tet);
+constexpr std::uint64_t kFaceBytes = sizeof(std::array<VertexId, 3>);
+
+} // namespace
+
+// Where the edge of the split is on the boundary, the two faces at it are new.
+AddedSize added_by(const Refinement& refinement, RecordId r) {
+  const auto rim = refinement.rim(r);
+  const bool on_boundary = std::find(rim.begin(), rim.end(), kDummyVertex) != rim.end();
+  return {1, refinement.added_tet_count(r), on_boundary ? 2U : 0U};
+}
+
+Budget::Budget(const Hierarchy& hierarchy, const Budgets& budgets) : hierarchy_(hierarchy), budgets_(budgets) {
+  vertex_bytes_ = 3 * size_of(hierarchy.header().position_type);
+  for (const file::ArrayInfo& array : hierarchy.header().arrays)
+    vertex_bytes_ += array.components * size_of(array.type);
+}
+
+std::uint64_t Budget::tets(const AddedSize& size) const {
+  return hierarchy_.header().base_tet_count + size.tets;
+}
 
 bool Budget::fits(const AddedSize& size) const {
   const file::Header& header = hierarchy_.header();
   // The last split makes it the original, which has the vertices without tets too.
-  const std::uint64_t base_vertices =
-      size.records == header.record_count ? header.base_vertex_count : hierarchy_.used_base_vertex_count();
-  return !(request_.max_tets && header.base_tet_count + size.tets > *request_.max_tets) &&
-         !(request_.max_vertices && base_vertices + size.records > *request_.max_vertices);
+  const std::uint64_t vertices = size.records + (size.records == header.record_count
+                                                     ? header.base_vertex_count
+                                                     : hierarchy_.used_base_vertex_count());
+  return !(budgets_.max_tets && tets(size) > *budgets_.max_tets) &&
+         !(budgets_.max_vertices && vertices > *budgets_.max_vertices) &&
+         !(budgets_.max_bytes && vertices * vertex_bytes_ + tets(size) * kTetBytes +
+                                         (hierarchy_.base_face_count() + size.faces) * kFaceBytes >
+                                     *budgets_.max_bytes);
 }
 
-std::uint64_t Budget::expected_records() const {
+std::uint64_t Budget::expected_records(const AddedSize& spent) const {
   constexpr std::uint64_t kTetsPerVertex = 5;
   std::uint64_t expected = ~std::uint64_t{0} / 4;
   const auto above = [](std::uint64_t value, std::uint64_t base) { return value > base ? value - base : 0; };
-  if (request_.max_vertices)
-    expected = std::min(expected, above(*request_.max_vertices, hierarchy_.used_base_vertex_count()));
-  if (request_.max_tets)
-    expected = std::min(expected, above(*request_.max_tets, hierarchy_.header().base_tet_count) / kTetsPerVertex);
+  if (budgets_.max_vertices)
+    expected =
+        std::min(expected, above(*budgets_.max_vertices, hierarchy_.used_base_vertex_count() + spent.records));
+  if (budgets_.max_tets) expected = std::min(expected, above(*budgets_.max_tets, tets(spent)) / kTetsPerVertex);
+  if (budgets_.max_bytes)
+    expected = std::min(expected, *budgets_.max_bytes / (vertex_bytes_ + kTetsPerVertex * kTetBytes));
   return expected + 1;
 }
 

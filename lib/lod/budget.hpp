@@ -13,8 +13,8 @@ namespace ptet {
 /// A record's rank in the order in which a budget is spent: the last collapse is undone first, as far as order codes
 /// tell.
 ///
-/// Every prefix of the order is closed: the order code of a parent is no less than that of its child, and where they
-/// are equal the parent's generation is less.
+/// The order code of a parent is no less than that of its child, and where they are equal the parent's generation is
+/// less: what a record needs comes before it.
 struct BudgetRank {
   OrderCode key = 0;
   std::uint32_t generation = 0;
@@ -29,36 +29,47 @@ struct BudgetRank {
 struct AddedSize {
   std::uint64_t records = 0;
   std::uint64_t tets = 0;
+  std::uint64_t faces = 0; ///< of the boundary
 
   AddedSize& operator+=(const AddedSize& other) {
     records += other.records;
     tets += other.tets;
+    faces += other.faces;
     return *this;
   }
   AddedSize& operator-=(const AddedSize& other) {
     records -= other.records;
     tets -= other.tets;
+    faces -= other.faces;
     return *this;
   }
 };
 
+/// What the split of a loaded record adds. The lock must be held.
+[[nodiscard]] AddedSize added_by(const Refinement& refinement, RecordId r);
+
 /// Blocks with the largest order codes of their records, largest first.
 using BlocksByOrder = std::vector<std::pair<OrderCode, std::uint32_t>>;
 
+/// The budgets for size.
 class Budget {
 public:
   /// Both must outlive it.
-  Budget(const Hierarchy& hierarchy, const ResolvedRequest& request) : hierarchy_(hierarchy), request_(request) {}
+  Budget(const Hierarchy& hierarchy, const Budgets& budgets);
 
   [[nodiscard]] bool fits(const AddedSize& size) const;
-  /// A first guess at the number of records that fit, to read about the right number of blocks at once.
-  [[nodiscard]] std::uint64_t expected_records() const;
+  /// A first guess at the number of records that fit on top of `spent`, to read about the right number of blocks at
+  /// once.
+  [[nodiscard]] std::uint64_t expected_records(const AddedSize& spent) const;
   /// The order code down to which blocks must be read to have `rank` records; 0 when there are not so many.
   [[nodiscard]] OrderCode key_of_rank(const BlocksByOrder& blocks, std::uint64_t rank) const;
 
 private:
+  [[nodiscard]] std::uint64_t tets(const AddedSize& size) const;
+
   const Hierarchy& hierarchy_;
-  const ResolvedRequest& request_;
+  const Budgets& budgets_;
+  std::uint64_t vertex_bytes_ = 0;
 };
 
 } // namespace ptet

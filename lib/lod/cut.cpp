@@ -1,95 +1,135 @@
 #include "lod/cut.hpp"
 
 #include "lod/budget.hpp"
-#include "lod/demand.hpp"
 
 #include <algorithm>
+#include <chrono>
 
 namespace ptet {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+/// What the cut adds to the base mesh, as it grows.
+class Spending {
+public:
+  Spending(const Hierarchy& hierarchy, const Budget& budget) : hierarchy_(hierarchy), budget_(budget) {}
+
+  void add(std::uint32_t record) { size_ += added_by(hierarchy_.content().refinement, RecordId{record}); }
+  void remove(std::uint32_t record) { size_ -= added_by(hierarchy_.content().refinement, RecordId{record}); }
+  [[nodiscard]] bool fits() const { return budget_.fits(size_); }
+  [[nodiscard]] std::uint64_t tets() const { return hierarchy_.header().base_tet_count + size_.tets; }
+  [[nodiscard]] std::uint64_t expected_records() const { return budget_.expected_records(size_); }
+
+private:
+  const Hierarchy& hierarchy_;
+  const Budget& budget_;
+  AddedSize size_;
+};
+
 class CutSearch {
 public:
   CutSearch(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress)
-      : hierarchy_(hierarchy), request_(request), demand_(hierarchy, request), budget_(hierarchy, request),
-        progress_(progress), blocks_(hierarchy.blocks()) {}
+      : hierarchy_(hierarchy), request_(request), budget_(hierarchy, request.budgets), progress_(progress),
+        blocks_(hierarchy.blocks()), begin_(Clock::now()) {}
 
   Cut run() {
-    const BlockSet focus_blocks = blocks_in_focus();
-    BlockSet error_blocks = blocks_by_error();
-    cut_.read = focus_blocks;
-    if (!request_.has_budget())
+    const Demand& demand = request_.demand;
+    const BlockDemands promised = demands_of(demand.promised), wished = demands_of(demand.wished);
+    cut_.read = blocks_of(promised);
+    if (request_.budgets.any()) {
+      read_in_time(cut_.read);
+    } else {
+      const BlockSet more = blocks_of(wished);
       for (std::size_t b = 0; b < blocks_.size(); ++b)
-        cut_.read[b] |= error_blocks[b];
-    read(cut_.read);
+        cut_.read[b] |= more[b];
+      read(cut_.read);
+    }
     {
       const auto lock = hierarchy_.lock();
       cut_.applied.assign(hierarchy_.header().record_count, 0);
-      add_focus(focus_blocks);
+      apply(demand.promised, promised);
+      if (!request_.budgets.any() && !demand.wished.are_closed()) apply(demand.wished, wished);
       close_over_parents();
-      if (!request_.has_budget()) add_by_error(error_blocks);
+      if (!request_.budgets.any() && demand.wished.are_closed()) apply(demand.wished, wished);
     }
-    if (request_.has_budget()) spend_budget(error_blocks);
+    if (request_.budgets.any() && !is_time_up_) spend(demand.wished, wished);
     if (request_.origins) {
       cut_.read.assign(blocks_.size(), 1);
       read(cut_.read);
     }
     cut_.count = static_cast<std::uint32_t>(std::count(cut_.applied.begin(), cut_.applied.end(), 1));
     cut_.limited_by = cut_.count == cut_.applied.size() ? LimitedBy::kNothing
+                      : is_time_up_                     ? LimitedBy::kTime
                       : stopped_by_budget_              ? LimitedBy::kBudget
-                      : request_.has_bounds()           ? LimitedBy::kError
-                                                        : LimitedBy::kFocus;
+                                                        : request_.when_met;
     return std::move(cut_);
   }
 
 private:
+  using BlockDemands = std::vector<BlockDemand>;
+
   void read(BlockSet& set) {
     if (progress_ && !progress_({"reading", 0, 0})) throw Error(ErrorCode::kCancelled, "the extraction was cancelled");
     hierarchy_.close(set);
     hierarchy_.load(set);
   }
 
-  // ---- which blocks can matter ----
+  // ---- time ----
 
-  BlockSet blocks_in_focus() const {
-    BlockSet set(blocks_.size(), 0);
-    for (std::size_t b = 0; b < blocks_.size(); ++b)
-      set[b] = demand_.focus_of(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
+  /// Whether so large a mesh can only just be put out in time.
+  [[nodiscard]] bool is_late(std::uint64_t tets) const {
+    if (!request_.budgets.max_seconds) return false;
+    constexpr double kSecondsPerTet = 25e-9; // from the cut to the mesh, as a rule
+    const double passed = std::chrono::duration<double>(Clock::now() - begin_).count();
+    return passed + kSecondsPerTet * static_cast<double>(tets) >= *request_.budgets.max_seconds;
+  }
+
+  /// Reads the blocks of the set in the order of their largest key until the time is up; leaves in the set what was
+  /// read, closed.
+  void read_in_time(BlockSet& set) {
+    if (!request_.budgets.max_seconds) return read(set);
+    const BlocksByOrder by_key = in_order(set);
+    set.assign(blocks_.size(), 0);
+    for (const auto& [key, b] : by_key) {
+      if (is_late(hierarchy_.header().base_tet_count)) {
+        is_time_up_ = true;
+        return;
+      }
+      set[b] = 1;
+      read(set);
+    }
+  }
+
+  // ---- what is demanded ----
+
+  BlockDemands demands_of(const Wants& wants) const {
+    BlockDemands demands;
+    demands.reserve(blocks_.size());
+    for (const file::BlockInfo& block : blocks_)
+      demands.push_back(wants.of_block(block));
+    return demands;
+  }
+  static BlockSet blocks_of(const BlockDemands& demands) {
+    BlockSet set;
+    set.reserve(demands.size());
+    for (const BlockDemand demand : demands)
+      set.push_back(demand != BlockDemand::kNone ? 1 : 0);
     return set;
   }
-  BlockSet blocks_by_error() const {
-    BlockSet set(blocks_.size(), 0);
-    for (std::size_t b = 0; b < blocks_.size(); ++b)
-      set[b] = demand_.asked_of(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
-    return set;
-  }
 
-  // ---- the sets of records ----
-
-  template <class F>
-  void for_each_record(const file::BlockInfo& block, F&& f) const {
-    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
-      f(r);
-  }
   const file::Content& content() const { return hierarchy_.content(); }
 
-  bool is_wanted(std::uint32_t r) const { return demand_.is_asked(RecordId{r}); }
-
-  // Closed as it is: each monotone error of a parent is at least that of its child.
-  void add_by_error(const BlockSet& blocks) {
-    for (std::size_t b = 0; b < blocks_.size(); ++b)
-      if (blocks[b] != 0)
-        for_each_record(blocks_[b], [&](std::uint32_t r) {
-          if (is_wanted(r)) cut_.applied[r] = 1;
-        });
+  template <class F>
+  void for_each_wanted(const Wants& wants, BlockDemand demand, const file::BlockInfo& block, F&& f) const {
+    if (demand == BlockDemand::kNone) return;
+    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
+      if (demand == BlockDemand::kAll || wants.wants(hierarchy_, RecordId{r})) f(r);
   }
-
-  void add_focus(const BlockSet& blocks) {
+  void apply(const Wants& wants, const BlockDemands& demands) {
     for (std::size_t b = 0; b < blocks_.size(); ++b)
-      if (blocks[b] != 0)
-        for_each_record(blocks_[b], [&](std::uint32_t r) {
-          if (demand_.is_in_focus(RecordId{r})) cut_.applied[r] = 1;
-        });
+      if (cut_.read[b] != 0)
+        for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) { cut_.applied[r] = 1; });
   }
 
   void close_over_parents() {
@@ -106,114 +146,148 @@ private:
 
   // ---- budgets ----
 
-  struct Prefix {
-    std::vector<BudgetRank> records;
-    bool is_whole = true;
-    OrderCode next_key = 0; ///< of the first candidate that does not fit
-  };
-  // The focus is a promise and stands whatever it takes; the budget decides what else is refined.
+  static constexpr std::uint32_t kNoKey = kMaxOrderCode + 1;
+
+  BlocksByOrder in_order(const BlockSet& set) const {
+    BlocksByOrder by_key;
+    for (std::uint32_t b = 0; b < blocks_.size(); ++b)
+      if (set[b] != 0) by_key.emplace_back(blocks_[b].max_order, b);
+    std::sort(by_key.rbegin(), by_key.rend());
+    return by_key;
+  }
+
+  // What is promised stands whatever it takes; the budget decides what else is refined.
   //
   // Reads blocks in the order of their largest key until no unread one can hold a record that comes before the first
   // that does not fit.
-  void spend_budget(const BlockSet& eligible) {
-    BlocksByOrder by_key;
-    for (std::uint32_t b = 0; b < blocks_.size(); ++b)
-      if (eligible[b] != 0) by_key.emplace_back(blocks_[b].max_order, b);
-    std::sort(by_key.rbegin(), by_key.rend());
-    const BlockSet focus_blocks = cut_.read;
-    const std::vector<char> focus_records = cut_.applied;
-    const auto read_down_to = [&](OrderCode key) {
-      cut_.read = focus_blocks;
-      for (const auto& [block_key, b] : by_key)
-        if (block_key >= key) cut_.read[b] = 1;
-      read(cut_.read);
-    };
-
-    std::uint64_t expected = budget_.expected_records();
-    OrderCode reach = budget_.key_of_rank(by_key, expected);
-    while (true) {
-      read_down_to(reach);
+  void spend(const Wants& wants, const BlockDemands& demands) {
+    const BlocksByOrder by_key = in_order(blocks_of(demands));
+    const BlockSet promised_blocks = cut_.read;
+    const std::vector<char> promised = cut_.applied;
+    std::uint64_t expected = 0;
+    {
       const auto lock = hierarchy_.lock();
-      const Prefix prefix = longest_prefix(
-          focus_records, candidates([&](std::uint32_t r) { return focus_records[r] == 0 && is_wanted(r); }));
+      expected = spent_on(promised).expected_records();
+    }
+    // Every wanted record with a key of at least `reach` is in memory.
+    std::uint32_t reach = budget_.key_of_rank(by_key, expected);
+    while (true) {
+      reach = read_down_to(reach, by_key, promised_blocks);
       const bool has_read_all = by_key.empty() || reach <= by_key.back().first;
-      if (prefix.is_whole ? has_read_all : prefix.next_key >= reach) {
-        for (const BudgetRank& candidate : prefix.records)
-          cut_.applied[candidate.record] = 1;
-        stopped_by_budget_ = !prefix.is_whole;
+      if (has_read_all) reach = 0;
+      const auto lock = hierarchy_.lock();
+      cut_.applied = promised;
+      const std::uint32_t stop = take_down_to(reach, wants, demands);
+      if (stop != kNoKey || has_read_all || is_time_up_) {
+        stopped_by_budget_ = stop != kNoKey;
         // What was read on the way is no matter: the answer is to be the same when more was in memory before.
-        const OrderCode last_key = prefix.is_whole ? OrderCode{0} : prefix.next_key;
-        cut_.read = focus_blocks;
-        for (const auto& [block_key, b] : by_key)
-          if (block_key >= last_key) cut_.read[b] = 1;
-        hierarchy_.close(cut_.read);
+        cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
         return;
       }
       expected *= 2;
-      reach = prefix.is_whole
-                  ? std::min<OrderCode>(budget_.key_of_rank(by_key, expected), static_cast<OrderCode>(reach - 1))
-                  : prefix.next_key;
+      reach = std::min<std::uint32_t>(budget_.key_of_rank(by_key, expected), reach - 1);
     }
   }
 
-  template <class Wanted>
-  std::vector<BudgetRank> candidates(Wanted&& wanted) const {
-    std::vector<BudgetRank> found;
+  Spending spent_on(const std::vector<char>& applied) const {
+    Spending spending(hierarchy_, budget_);
+    for (std::uint32_t r = 0; r < applied.size(); ++r)
+      if (applied[r] != 0) spending.add(r);
+    return spending;
+  }
+
+  BlockSet blocks_above(std::uint32_t key, const BlocksByOrder& by_key, const BlockSet& promised) const {
+    BlockSet set = promised;
+    for (const auto& [block_key, b] : by_key)
+      if (block_key >= key) set[b] = 1;
+    hierarchy_.close(set);
+    return set;
+  }
+
+  /// Returns how far it came: `reach`, or a larger key when the time was up.
+  std::uint32_t read_down_to(std::uint32_t reach, const BlocksByOrder& by_key, const BlockSet& promised) {
+    if (!request_.budgets.max_seconds) {
+      cut_.read = blocks_above(reach, by_key, promised);
+      read(cut_.read);
+      return reach;
+    }
+    BlockSet set = promised;
+    for (const auto& [block_key, b] : by_key) {
+      if (block_key < reach) break;
+      if (is_late(hierarchy_.header().base_tet_count)) {
+        is_time_up_ = true;
+        return block_key + 1U;
+      }
+      set[b] = 1;
+      read(set);
+    }
+    return reach;
+  }
+
+  // Takes the wanted records, each with all that it needs, in their order, as long as they fit. Returns the key of the
+  // first that does not, or none.
+  std::uint32_t take_down_to(std::uint32_t reach, const Wants& wants, const BlockDemands& demands) {
+    std::vector<std::vector<BudgetRank>> with_key(kNoKey);
     for (std::size_t b = 0; b < blocks_.size(); ++b)
-      if (content().block_loaded[b] != 0)
-        for_each_record(blocks_[b], [&](std::uint32_t r) {
-          if (wanted(r)) found.push_back({content().order[r], content().generation[r], r});
+      if (content().block_loaded[b] != 0 && blocks_[b].max_order >= reach)
+        for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) {
+          if (cut_.applied[r] == 0 && content().order[r] >= reach)
+            with_key[content().order[r]].push_back({content().order[r], content().generation[r], r});
         });
-    return found;
+    Spending spending = spent_on(cut_.applied);
+    std::vector<std::uint32_t> taken;
+    for (std::uint32_t key = kNoKey; key-- > reach;) {
+      if (is_late(spending.tets())) {
+        is_time_up_ = true;
+        return kNoKey;
+      }
+      // All with one key at a time; only those with the key at which the budget ends need be sorted.
+      taken.clear();
+      for (const BudgetRank& candidate : with_key[key])
+        take(candidate.record, spending, taken);
+      if (taken.empty() || spending.fits()) continue;
+      give_back(spending, taken);
+      std::sort(with_key[key].begin(), with_key[key].end());
+      for (const BudgetRank& candidate : with_key[key]) {
+        taken.clear();
+        take(candidate.record, spending, taken);
+        if (taken.empty() || spending.fits()) continue;
+        give_back(spending, taken);
+        return key;
+      }
+    }
+    return kNoKey;
   }
 
-  [[nodiscard]] AddedSize with(AddedSize size, std::uint32_t record) const {
-    return size += {1, content().refinement.added_tet_count(RecordId{record})};
+  /// Applies the record and all that it needs; appends what was not applied before to `taken`.
+  void take(std::uint32_t record, Spending& spending, std::vector<std::uint32_t>& taken) {
+    const auto add = [&](std::uint32_t r) {
+      if (std::exchange(cut_.applied[r], 1) != 0) return;
+      spending.add(r);
+      taken.push_back(r);
+    };
+    std::size_t next = taken.size();
+    add(record);
+    for (; next < taken.size(); ++next)
+      for (const RecordId parent : content().refinement.parents(RecordId{taken[next]}))
+        add(parent.index());
   }
-
-  // The longest prefix of the candidates' order that fits. Only those with the key at which it ends need be sorted.
-  Prefix longest_prefix(const std::vector<char>& in_focus, const std::vector<BudgetRank>& candidates) const {
-    AddedSize size;
-    for (std::uint32_t r = 0; r < in_focus.size(); ++r)
-      if (in_focus[r] != 0) size = with(size, r);
-    std::vector<AddedSize> with_key(kMaxOrderCode + std::size_t{1});
-    for (const BudgetRank& candidate : candidates)
-      with_key[candidate.key] = with(with_key[candidate.key], candidate.record);
-
-    Prefix prefix;
-    std::size_t key = with_key.size();
-    while (key > 0) {
-      AddedSize larger = size;
-      larger += with_key[key - 1];
-      if (with_key[key - 1].records > 0 && !budget_.fits(larger)) break;
-      size = larger;
-      --key;
+  void give_back(Spending& spending, const std::vector<std::uint32_t>& taken) {
+    for (const std::uint32_t r : taken) {
+      cut_.applied[r] = 0;
+      spending.remove(r);
     }
-    std::vector<BudgetRank> last;
-    for (const BudgetRank& candidate : candidates) {
-      if (candidate.key >= key) prefix.records.push_back(candidate);
-      if (candidate.key + std::size_t{1} == key) last.push_back(candidate);
-    }
-    if (last.empty()) return prefix;
-    std::sort(last.begin(), last.end());
-    for (const BudgetRank& candidate : last) {
-      size = with(size, candidate.record);
-      if (!budget_.fits(size)) break;
-      prefix.records.push_back(candidate);
-    }
-    prefix.is_whole = false;
-    prefix.next_key = last.front().key;
-    return prefix;
   }
 
   Hierarchy& hierarchy_;
   const ResolvedRequest& request_;
-  const Demand demand_;
   const Budget budget_;
   const ProgressCallback& progress_;
   const std::vector<file::BlockInfo>& blocks_;
+  const Clock::time_point begin_;
   Cut cut_;
   bool stopped_by_budget_ = false;
+  bool is_time_up_ = false;
 };
 
 } // namespace

@@ -77,7 +77,7 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
   const ResolvedRequest resolved = resolve(request, hierarchy.header());
   const Cut cut = find_cut(hierarchy, resolved, progress);
   const auto lock = hierarchy.lock();
-  Extraction extraction = extract_cut(hierarchy, cut, resolved.origins);
+  Extraction extraction = extract_cut(hierarchy, cut, resolved);
   extraction.bytes_read = hierarchy.bytes_read();
   extraction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return extraction;

@@ -1,65 +1,182 @@
 #include "lod/demand.hpp"
 
 #include "lod/region.hpp"
+#include "lod/star.hpp"
+#include "mesh/scalar_dispatch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ptet {
+namespace {
 
-BlockDemand Demand::focus_of(const file::BlockInfo& block) const {
+// ---- by the table ----
+
+BlockDemand of_block(const WantAll&, const file::BlockInfo&) {
+  return BlockDemand::kAll;
+}
+
+BlockDemand of_block(const WantInside& want, const file::BlockInfo& block) {
   // Own errors are no larger than the monotone ones that the table knows.
-  if (!request_.focus_limits.empty() && !exceeds(block.max_error.data(), request_.focus_limits))
-    return BlockDemand::kNone;
-  BlockDemand demand = BlockDemand::kNone;
-  for (const FocusRegion& region : request_.focus) {
-    if (!meets(region, block.box_min, block.box_max)) continue;
-    if (request_.focus_limits.empty() && contains(region, block.box_min, block.box_max)) return BlockDemand::kAll;
-    demand = BlockDemand::kSome;
+  if (!want.limits.empty() && !exceeds(block.max_error.data(), want.limits)) return BlockDemand::kNone;
+  if (!meets(want.region, block.box_min, block.box_max)) return BlockDemand::kNone;
+  return want.limits.empty() && contains(want.region, block.box_min, block.box_max) ? BlockDemand::kAll
+                                                                                    : BlockDemand::kSome;
+}
+
+bool exceeds_at(const ErrorCode16* codes, const WantNear& want, double distance) {
+  for (std::size_t i = 0; i < want.scale.size(); ++i)
+    if (decode_error(codes[i], want.scale[i]) > want.at_region[i] + want.per_distance[i] * distance) return true;
+  return false;
+}
+BlockDemand of_block(const WantNear& want, const file::BlockInfo& block) {
+  const double apart = distance(want.region, block.box_min, block.box_max);
+  return exceeds_at(block.max_error.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
+}
+
+/// Whether a version, or one within the hull of the corners, may have an error that passes its limit.
+bool may_exceed(const ErrorCode16* codes, const WantBounded& want, std::span<const Point> corners, bool has_face) {
+  if (!want.camera) return want.limits.empty() || exceeds(codes, want.limits);
+  const Camera& camera = *want.camera;
+  const bool is_seen = camera.meets(corners);
+  const CodeLimits& limits = is_seen ? want.limits : want.limits_unseen;
+  if (limits.empty()) return false;
+  for (std::size_t i = 0; i + 1 < limits.size(); ++i)
+    if (codes[i] > limits[i]) return true;
+  const ErrorCode16 domain = codes[limits.size() - 1];
+  if (!has_face || domain == 0) return false;
+  const double allowed = is_seen ? camera.length_of(want.max_pixels, camera.depth(corners))
+                                 : camera.length_of(want.max_pixels_unseen, camera.eye_distance(corners));
+  return domain > limits.back() || decode_error(domain, want.domain_scale) > allowed;
+}
+BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
+  const auto corners = box_corners(block.box_min, block.box_max);
+  return may_exceed(block.max_error.data(), want, corners, true) ? BlockDemand::kSome : BlockDemand::kNone;
+}
+
+// ---- by the record ----
+
+struct Record {
+  const Hierarchy& hierarchy;
+  RecordId id;
+
+  [[nodiscard]] const Refinement& refinement() const { return hierarchy.content().refinement; }
+  [[nodiscard]] const ErrorCode16* own() const { return row(hierarchy.content().own); }
+  [[nodiscard]] const ErrorCode16* monotone() const { return row(hierarchy.content().monotone); }
+
+private:
+  [[nodiscard]] const ErrorCode16* row(const std::vector<ErrorCode16>& codes) const {
+    return codes.data() + id.index() * std::size_t{hierarchy.content().errors_per_record};
   }
-  return demand;
-}
+};
 
-// Where no bound is given but a budget to spend, or nothing at all is asked, every record.
-BlockDemand Demand::asked_of(const file::BlockInfo& block) const {
-  if (request_.has_bounds())
-    return exceeds(block.max_error.data(), request_.limits) ? BlockDemand::kSome : BlockDemand::kNone;
-  return request_.has_budget() || request_.is_original() ? BlockDemand::kAll : BlockDemand::kNone;
-}
-
-bool Demand::is_in_focus(RecordId r) const {
-  const file::Content& content = hierarchy_.content();
-  if (!request_.focus_limits.empty() &&
-      !exceeds(content.own.data() + r.index() * request_.focus_limits.size(), request_.focus_limits))
-    return false;
-  const auto [min, max] = hierarchy_.star_box(r);
-  return std::any_of(request_.focus.begin(), request_.focus.end(), [&](const FocusRegion& region) {
-    if (!meets(region, min, max)) return false;
-    const Point v = hierarchy_.position(hierarchy_.content().refinement.vertex_of(r));
-    return contains(region, v, v) || star_meets(region, r);
-  });
+bool wants_record(const WantAll&, const Record&) {
+  return true;
 }
 
 // The tets that the collapse made, C(r), must not be in the region. Nor may those that it consumed, F(r), be missing
 // there: where the boundary has moved they cover more.
-bool Demand::star_meets(const FocusRegion& region, RecordId r) const {
-  const Refinement& refinement = hierarchy_.content().refinement;
-  const VertexId u = refinement.target(r), v = refinement.vertex_of(r);
-  for (std::size_t k = 0; k < refinement.modified(r).size(); ++k) {
-    const auto [a, b, c] = refinement.link_triangle(r, k);
-    if (tet_meets(region, {v, a, b, c}) || tet_meets(region, {u, a, b, c})) return true;
-  }
-  const auto rim = refinement.rim(r);
-  for (std::size_t i = 0; i < rim.size(); ++i)
-    if (tet_meets(region, {v, u, rim[i], rim[i + 1 < rim.size() ? i + 1 : 0]})) return true;
-  return false;
+bool wants_record(const WantInside& want, const Record& record) {
+  if (!want.limits.empty() && !exceeds(record.own(), want.limits)) return false;
+  const auto [min, max] = record.hierarchy.star_box(record.id);
+  if (!meets(want.region, min, max)) return false;
+  const Point v = record.hierarchy.position(record.refinement().vertex_of(record.id));
+  return contains(want.region, v, v) || any_in_star(record.refinement(), record.id, [&](const Tet& tet) {
+           return meets(want.region, Corners(record.hierarchy, tet).points());
+         });
 }
 
-bool Demand::tet_meets(const FocusRegion& region, const Tet& tet) const {
-  std::array<Point, 4> corners;
-  std::size_t count = 0;
-  for (const VertexId v : tet)
-    if (v != kDummyVertex) corners[count++] = hierarchy_.position(v);
-  return meets(region, std::span(corners.data(), count));
+bool wants_record(const WantNear& want, const Record& record) {
+  const auto [min, max] = record.hierarchy.star_box(record.id);
+  return exceeds_at(record.own(), want, distance(want.region, min, max)) &&
+         any_in_star(record.refinement(), record.id, [&](const Tet& tet) {
+           return exceeds_at(record.own(), want, distance(want.region, Corners(record.hierarchy, tet).points()));
+         });
+}
+
+// An error passes its limit where a version in C(r) has values and place that count. Its faces are looked at, too: the
+// errors of what the domain has lost are with them.
+bool wants_record(const WantBounded& want, const Record& record) {
+  if (want.is_plain()) return exceeds(record.monotone(), want.limits);
+  const ErrorCode16* const own = record.own();
+  const auto [min, max] = record.hierarchy.star_box(record.id);
+  if (!may_exceed(own, want, box_corners(min, max), true)) return false;
+  return any_coarse(record.refinement(), record.id, [&](const Tet& tet) {
+    return (want.values.empty() ||
+            std::any_of(want.values.begin(), want.values.end(),
+                        [&](const Interval& i) { return may_take(i, record.hierarchy, tet, own); })) &&
+           (!want.camera || may_exceed(own, want, Corners(record.hierarchy, tet).points(), is_ghost(tet)));
+  });
+}
+
+// ---- values ----
+
+/// The values between those of a tet's corners: their norms lie from `low` to `high`, of scalars the values.
+struct ValueRange {
+  double low = INFINITY, high = -INFINITY;
+};
+template <class T>
+ValueRange scalar_range(const PointArray& array, const Tet& tet) {
+  ValueRange range;
+  for (const VertexId v : tet) {
+    if (v == kDummyVertex) continue;
+    const auto x = static_cast<double>(load<T>(array.bytes.data() + v.index() * sizeof(T)));
+    range.low = std::min(range.low, x);
+    range.high = std::max(range.high, x);
+  }
+  return range;
+}
+// The norm is greatest at a corner; the least is no less than that of the box of the values.
+ValueRange norm_range(const PointArray& array, const Tet& tet) {
+  ValueRange range{0, 0};
+  std::array<double, 4> norm{};
+  for (std::uint32_t component = 0; component < array.components; ++component) {
+    double low = INFINITY, high = -INFINITY;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      if (tet[corner] == kDummyVertex) continue;
+      const double x = array.value(tet[corner].index(), component);
+      low = std::min(low, x);
+      high = std::max(high, x);
+      norm[corner] = std::hypot(norm[corner], x);
+    }
+    range.low = std::hypot(range.low, std::max({low, -high, 0.0}));
+  }
+  range.high = *std::max_element(norm.begin(), norm.end());
+  return range;
+}
+
+} // namespace
+
+bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& tet, const ErrorCode16* own) {
+  const PointArray& array = hierarchy.content().arrays[interval.array];
+  const ValueRange range = array.components == 1
+                               ? dispatch(array.type, [&]<class T>(T) { return scalar_range<T>(array, tet); })
+                               : norm_range(array, tet);
+  constexpr double kSlack = 1e-14; // rounding, of norms too
+  const double wider = decode_error(own[interval.code], interval.scale) +
+                       kSlack * std::max({std::fabs(range.low), std::fabs(range.high), interval.scale});
+  return range.low - wider <= interval.max && range.high + wider >= interval.min;
+}
+
+bool Wants::are_closed() const {
+  return std::all_of(wants_.begin(), wants_.end(), [](const Want& want) {
+    const auto* const bounded = std::get_if<WantBounded>(&want);
+    return std::holds_alternative<WantAll>(want) || (bounded != nullptr && bounded->is_plain());
+  });
+}
+
+BlockDemand Wants::of_block(const file::BlockInfo& block) const {
+  BlockDemand most = BlockDemand::kNone;
+  for (const Want& want : wants_)
+    most = std::max(most, std::visit([&](const auto& w) { return ptet::of_block(w, block); }, want));
+  return most;
+}
+
+bool Wants::wants(const Hierarchy& hierarchy, RecordId r) const {
+  const Record record{hierarchy, r};
+  return std::any_of(wants_.begin(), wants_.end(), [&](const Want& want) {
+    return std::visit([&](const auto& w) { return wants_record(w, record); }, want);
+  });
 }
 
 } // namespace ptet

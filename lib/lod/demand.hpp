@@ -1,39 +1,124 @@
-// What a request asks of each record by itself, block by block first, so that most blocks need no look inside.
+// What a request asks of each record by itself, everything but budgets: which splits must be applied whatever else is.
+// With all that they depend on they are the answer's cut.
 //
-//   focus    the region must be fine there; what it takes besides, the parents, comes with it
-//   asked    by the error bounds, or to spend a budget on; holds every record's parents as it is
+//            block table           record: codes          star: box           star: each tet
+//   of_block ----------->  wants ------------->  codes --------------->  box ------------------> yes
+//              kNone                  no                      no                      no
 #pragma once
 
+#include "lod/camera.hpp"
 #include "lod/hierarchy.hpp"
-#include "lod/request.hpp"
+#include "record/error_code.hpp"
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include <boost/container/small_vector.hpp>
 
 namespace ptet {
 
-/// Of which records of a block something holds; kSome: each is to be looked at.
-enum class BlockDemand : std::uint8_t { kNone, kSome, kAll };
+/// Something for each governing field and, last, the domain. Few, and made anew for every request: on the stack.
+template <class T>
+using PerCode = boost::container::small_vector<T, 8>;
+/// The largest codes that are allowed.
+using CodeLimits = PerCode<ErrorCode16>;
 
-class Demand {
+/// Does any error pass its limit? `codes` has as many as there are limits.
+[[nodiscard]] inline bool exceeds(const ErrorCode16* codes, const CodeLimits& limits) {
+  for (std::size_t i = 0; i < limits.size(); ++i)
+    if (codes[i] > limits[i]) return true;
+  return false;
+}
+
+/// Which records of a block are wanted, as far as the block table tells.
+enum class BlockDemand { kNone, kSome, kAll };
+
+/// Every split.
+struct WantAll {
+  friend bool operator==(const WantAll&, const WantAll&) = default;
+};
+/// The splits of records in whose star an error passes its limit in the region; with no limits all there.
+struct WantInside {
+  Region region;
+  CodeLimits limits;
+
+  friend bool operator==(const WantInside&, const WantInside&) = default;
+};
+/// The splits of records whose errors pass what is allowed at the distance of their stars from the region.
+struct WantNear {
+  Region region;
+  PerCode<double> at_region;    ///< allowed in the region, absolute
+  PerCode<double> per_distance; ///< and so much more for each mesh unit away from it
+  PerCode<double> scale;        ///< of the codes
+
+  friend bool operator==(const WantNear&, const WantNear&) = default;
+};
+/// An interval of values of a field.
+struct Interval {
+  std::size_t array = 0; ///< its place among the file's arrays
+  std::size_t code = 0;  ///< its place among the error codes
+  double scale = 0;      ///< of that code
+  double min = 0;
+  double max = 0;
+
+  friend bool operator==(const Interval&, const Interval&) = default;
+};
+using Intervals = boost::container::small_vector<Interval, 2>;
+/// The splits of records one of whose errors passes its limit where values may be met and in the picture; outside the
+/// picture, where it passes the looser limit there. With neither, anywhere.
+struct WantBounded {
+  CodeLimits limits; ///< empty: whatever the errors are
+  Intervals values;
+  std::optional<Camera> camera;
+  CodeLimits limits_unseen; ///< with a camera: outside the picture; empty where nothing is asked there
+  double max_pixels = 0;    ///< with a camera: of the domain error
+  double max_pixels_unseen = 0;
+  double domain_scale = 0; ///< of the domain's code
+  [[nodiscard]] bool is_plain() const { return values.empty() && !camera; }
+
+  friend bool operator==(const WantBounded&, const WantBounded&) = default;
+};
+using Want = std::variant<WantAll, WantInside, WantNear, WantBounded>;
+
+/// The splits that any of some wants asks for.
+class Wants {
 public:
-  /// Both must outlive it.
-  Demand(const Hierarchy& hierarchy, const ResolvedRequest& request) : hierarchy_(hierarchy), request_(request) {}
+  void clear() { wants_.clear(); }
+  void add(Want want) { wants_.push_back(std::move(want)); }
+  [[nodiscard]] bool empty() const { return wants_.empty(); }
+  /// Whether the records wanted hold their parents.
+  [[nodiscard]] bool are_closed() const;
 
-  // From the block table; no lock needed.
-  [[nodiscard]] BlockDemand focus_of(const file::BlockInfo& block) const;
-  [[nodiscard]] BlockDemand asked_of(const file::BlockInfo& block) const;
+  [[nodiscard]] BlockDemand of_block(const file::BlockInfo& block) const;
+  /// Of a record of a block that is wanted in part. The lock must be held and the record be loaded. Depends on the
+  /// record alone: not on what else is in memory.
+  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const;
 
-  // Of a loaded record in a block of which they hold for some. The lock must be held.
-  [[nodiscard]] bool is_in_focus(RecordId r) const;
-  [[nodiscard]] bool is_asked(RecordId r) const {
-    return !request_.has_bounds() ||
-           exceeds(hierarchy_.content().monotone.data() + r.index() * request_.limits.size(), request_.limits);
-  }
+  friend bool operator==(const Wants&, const Wants&) = default;
 
 private:
-  [[nodiscard]] bool star_meets(const FocusRegion& region, RecordId r) const;
-  [[nodiscard]] bool tet_meets(const FocusRegion& region, const Tet& tet) const;
-
-  const Hierarchy& hierarchy_;
-  const ResolvedRequest& request_;
+  std::vector<Want> wants_;
 };
+
+/// All that a request asks for but its budgets.
+struct Demand {
+  Wants promised; ///< whatever the budgets for size are
+  Wants wished;   ///< as far as they go
+
+  [[nodiscard]] BlockDemand of_block(const file::BlockInfo& block) const {
+    return std::max(promised.of_block(block), wished.of_block(block));
+  }
+  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const {
+    return promised.wants(hierarchy, r) || wished.wants(hierarchy, r);
+  }
+
+  friend bool operator==(const Demand&, const Demand&) = default;
+};
+
+/// Whether a version with the errors `own` may take values in the interval, itself or by the original that it stands
+/// for: a "no" is certain as far as the errors are. The lock must be held.
+[[nodiscard]] bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& tet,
+                            const ErrorCode16* own);
 
 } // namespace ptet

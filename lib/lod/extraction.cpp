@@ -1,5 +1,6 @@
 #include "lod/extraction.hpp"
 
+#include "lod/part_errors.hpp"
 #include "lod/replace_corner.hpp"
 
 #include <algorithm>
@@ -68,20 +69,25 @@ public:
     order_.visit([&](std::uint32_t r) { return cut_.applied[r] != 0; }, [&](std::uint32_t r) { split(RecordId{r}); });
   }
 
-  /// For each tet the first record after the cut that changes its place: its collapse made the tet. All records must be
-  /// in memory; to be called once, after run().
-  [[nodiscard]] std::vector<RecordId> find_makers() {
-    std::vector<RecordId> makers(tets.size());
-    std::vector<char> is_present(refinement_.place_count(), 0);
+  /// The records that made the tets and the faces, as far as they are in blocks that the cut depends on: the first
+  /// after the cut that changes a place made what is there. To be called once, after run().
+  struct Makers {
+    std::vector<RecordId> of_tet, of_face;
+  };
+  [[nodiscard]] Makers find_makers(const std::vector<file::BlockInfo>& blocks) {
+    Makers makers{std::vector<RecordId>(tets.size()), std::vector<RecordId>(faces.size())};
+    std::vector<char> is_present(refinement_.place_count(), 0), is_known(cut_.applied.size(), 0);
     std::fill_n(is_present.begin(), refinement_.base_version_count(), 1);
     for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
       if (cut_.applied[r] != 0)
         std::fill_n(is_present.begin() + refinement_.rim_place(RecordId{r}), refinement_.rim(RecordId{r}).size(), 1);
-    order_.visit([](std::uint32_t) { return true; },
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      if (cut_.read[b] != 0) std::fill_n(is_known.begin() + blocks[b].first_record, blocks[b].record_count, 1);
+    order_.visit([&](std::uint32_t r) { return is_known[r] != 0; },
                  [&](std::uint32_t r) {
                    for (const Place place : refinement_.modified(RecordId{r})) {
-                     if (place.is_ghost() || is_present[place.index()] == 0) continue;
-                     RecordId& maker = makers[slot_of_place_[place.index()]];
+                     if (is_present[place.index()] == 0) continue;
+                     RecordId& maker = (place.is_ghost() ? makers.of_face : makers.of_tet)[slot_of_place_[place.index()]];
                      if (maker.is_none()) maker = RecordId{r};
                    }
                  });
@@ -187,6 +193,29 @@ std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& c
   return achieved;
 }
 
+/// What a record has made of the mesh, by vertices in the file.
+std::vector<MadeVersion> made_versions(const std::vector<Tet>& tets, const std::vector<RecordId>& makers,
+                                       const std::vector<VertexId>& in_file) {
+  std::vector<MadeVersion> made;
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    if (makers[t].is_none()) continue;
+    made.push_back({tets[t], makers[t]});
+    for (VertexId& v : made.back().tet)
+      v = in_file[v.index()];
+  }
+  return made;
+}
+std::vector<MadeVersion> made_versions(const std::vector<std::array<VertexId, 3>>& faces,
+                                       const std::vector<RecordId>& makers, const std::vector<VertexId>& in_file) {
+  std::vector<MadeVersion> made;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    if (makers[f].is_none()) continue;
+    const auto [a, b, c] = faces[f];
+    made.push_back({{kDummyVertex, in_file[a.index()], in_file[b.index()], in_file[c.index()]}, makers[f]});
+  }
+  return made;
+}
+
 } // namespace
 
 bool has_made(const Refinement& refinement, std::uint32_t r, VersionKinds kind, const std::vector<char>& applied) {
@@ -251,14 +280,20 @@ std::vector<double> rms_error(const Hierarchy& hierarchy, const std::vector<char
   return result;
 }
 
-Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_origins) {
+Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, const ResolvedRequest& request) {
   const file::Content& content = hierarchy.content();
   Assembly assembly(content.refinement, cut);
   assembly.run(cut.count == cut.applied.size());
 
   Extraction result;
   result.limited_by = cut.limited_by;
-  if (with_origins) result.made_by = assembly.find_makers();
+  if (request.origins || names_parts(request)) {
+    auto makers = assembly.find_makers(hierarchy.blocks());
+    if (names_parts(request))
+      state_part_errors(hierarchy, cut, request, made_versions(assembly.tets, makers.of_tet, assembly.in_file),
+                        made_versions(assembly.faces, makers.of_face, assembly.in_file), result);
+    if (request.origins) result.made_by = std::move(makers.of_tet);
+  }
   result.vertex_in_file = std::move(assembly.in_file);
   result.mesh.positions = gather(content.positions, result.vertex_in_file);
   for (const PointArray& array : content.arrays)

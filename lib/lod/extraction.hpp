@@ -11,7 +11,7 @@ namespace ptet {
 ///
 /// Vertices come in ascending file id; tets and faces base first, then with the records that bring their places: an
 /// order that does not depend on what was read when.
-[[nodiscard]] Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, bool with_origins);
+[[nodiscard]] Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, const ResolvedRequest& request);
 
 /// Whether some version in C(r), of the kind asked for, is in the mesh of a cut (by record) that `r` is not in: its
 /// errors then count. One of the base is, or one that a parent in the cut brought. The lock must be held.

@@ -45,6 +45,7 @@ Hierarchy::Hierarchy(std::unique_ptr<file::Source> source)
     for (const VertexId v : content_.refinement.vertices(VersionId{t}))
       is_used[v.index()] = 1;
   used_base_vertex_count_ = static_cast<std::uint32_t>(std::count(is_used.begin(), is_used.end(), 1));
+  base_face_count_ = content_.refinement.base_version_count() - content_.refinement.base_tet_count();
 }
 
 void Hierarchy::close(BlockSet& set, std::vector<std::uint32_t>& open) const {

@@ -29,6 +29,7 @@ public:
   [[nodiscard]] std::uint32_t errors_per_record() const { return content_.errors_per_record; }
   /// Base vertices that some base tet uses.
   [[nodiscard]] std::uint32_t used_base_vertex_count() const { return used_base_vertex_count_; }
+  [[nodiscard]] std::uint32_t base_face_count() const { return base_face_count_; }
 
   /// Adds every block that one of the set needs, directly or not.
   void close(BlockSet& set) const {
@@ -63,6 +64,7 @@ private:
   file::Content content_;
   std::vector<StepBox> star_box_; ///< rounded outward
   std::uint32_t used_base_vertex_count_ = 0;
+  std::uint32_t base_face_count_ = 0; ///< of the boundary
   std::exception_ptr broken_;
   mutable std::shared_mutex mutex_;
 };

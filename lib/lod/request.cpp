@@ -1,81 +1,216 @@
 #include "lod/request.hpp"
 
+#include "mesh/vec3.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 namespace ptet {
 namespace {
 
+using vec::operator*;
+
 [[noreturn]] void refuse(const std::string& why) {
   throw Error(ErrorCode::kBadArgument, why);
 }
 
-bool is_valid(const Bound& bound) {
-  return bound.value >= 0 && std::isfinite(bound.value);
+bool is_finite(const Point& p) {
+  return std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); });
 }
 
-void check_bound(const Bound& bound, const char* what) {
-  if (!is_valid(bound))
-    refuse("the bound on " + std::string(what) + " is " + std::to_string(bound.value) +
-           "; it must be a number that is not negative");
+/// `what` is said of a bound that is none; `name` may follow it.
+void check_bound(const Bound& bound, const char* what, const std::string& name = {}) {
+  if (!(bound.value >= 0) || !std::isfinite(bound.value))
+    refuse("the bound on " + std::string(what) + (name.empty() ? "" : " '" + name + "'") + " is " +
+           std::to_string(bound.value) + "; it must be a number that is not negative");
 }
 
-void check_region(const Box& box) {
+// ---- regions ----
+
+/// The direction of a vector that need not be short; nothing when it has none.
+std::optional<Point> direction_of(const Point& a) {
+  const double most = std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
+  if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
+  const Point scaled = {a[0] / most, a[1] / most, a[2] / most};
+  return 1 / norm(scaled) * scaled;
+}
+
+Region checked(const Box& box) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (!std::isfinite(box.min[i]) || !std::isfinite(box.max[i])) refuse("a corner of a focus box is not finite");
     if (box.min[i] > box.max[i])
       refuse("a focus box is empty: its least " + std::string(1, "xyz"[i]) + " is above its greatest");
   }
+  return box;
 }
 
-void check_region(const Sphere& sphere) {
-  for (const double x : sphere.centre)
-    if (!std::isfinite(x)) refuse("the centre of a focus sphere is not finite");
+Region checked(const OrientedBox& box) {
+  if (!is_finite(box.centre)) refuse("the centre of an oriented focus box is not finite");
+  constexpr double kAskew = 1e-6;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!is_finite(box.half_axes[i])) refuse("a half axis of an oriented focus box is not finite");
+    const auto a = direction_of(box.half_axes[i]), b = direction_of(box.half_axes[(i + 1) % 3]);
+    if (a && b && std::fabs(dot(*a, *b)) > kAskew)
+      refuse("the half axes of an oriented focus box are not perpendicular to one another");
+  }
+  return box;
+}
+
+Region checked(const Sphere& sphere) {
+  if (!is_finite(sphere.centre)) refuse("the centre of a focus sphere is not finite");
   if (!(sphere.radius >= 0) || !std::isfinite(sphere.radius))
     refuse("the radius of a focus sphere is " + std::to_string(sphere.radius) +
            "; it must be a number that is not negative");
+  return sphere;
 }
 
-template <class F>
-void for_each_governing(const file::Header& header, F&& f) {
-  std::size_t i = 0;
+/// With a normal of length 1.
+Region checked(const HalfSpace& half_space) {
+  const auto normal = direction_of(half_space.normal);
+  if (!normal) refuse("the normal of a focus half-space has no direction");
+  const double offset = half_space.offset / dot(half_space.normal, *normal);
+  if (!std::isfinite(offset)) refuse("the offset of a focus half-space is not finite");
+  return HalfSpace{*normal, offset};
+}
+
+// ---- fields ----
+
+/// The fields with errors, in the order of the codes; the file's array each is.
+PerCode<std::size_t> governing_arrays(const file::Header& header) {
+  PerCode<std::size_t> governing;
+  for (std::size_t i = 0; i < header.arrays.size(); ++i)
+    if (header.arrays[i].governing) governing.push_back(i);
+  return governing;
+}
+
+/// By code what it is a fraction of: the fields' ranges and the diagonal.
+PerCode<double> scales(const file::Header& header) {
+  PerCode<double> all;
+  for (const std::size_t array : governing_arrays(header))
+    all.push_back(header.arrays[array].range);
+  all.push_back(header.diagonal);
+  return all;
+}
+
+/// The place of a field among the codes.
+std::size_t code_of(const std::string& field, const file::Header& header) {
+  const auto governing = governing_arrays(header);
+  for (std::size_t i = 0; i < governing.size(); ++i)
+    if (header.arrays[governing[i]].name == field) return i;
   for (const file::ArrayInfo& array : header.arrays)
-    if (array.governing) f(array, i++);
+    if (array.name == field) refuse("field '" + field + "' has no errors in this file: it did not govern the build");
+  refuse("there is no field '" + field + "' in this file");
 }
 
-std::size_t governing_count(const file::Header& header) {
-  return static_cast<std::size_t>(
-      std::count_if(header.arrays.begin(), header.arrays.end(), [](const auto& array) { return array.governing; }));
+void apply_field_bound(const FieldBound& asked, double factor, const file::Header& header, CodeLimits& limits) {
+  check_bound(asked.bound, asked.field.empty() ? "the fields" : "field", asked.field);
+  const PerCode<double> scale = scales(header);
+  const std::size_t begin = asked.field.empty() ? 0 : code_of(asked.field, header);
+  const std::size_t end = asked.field.empty() ? scale.size() - 1 : begin + 1;
+  for (std::size_t i = begin; i < end; ++i)
+    limits[i] = std::min(limits[i], limit_of(asked.bound.absolute(scale[i]) * factor, scale[i]));
 }
 
-void apply_field_bound(const FieldBound& asked, const file::Header& header, CodeLimits& limits) {
-  if (!is_valid(asked.bound))
-    check_bound(asked.bound, asked.field.empty() ? "the fields" : ("field '" + asked.field + "'").c_str());
-  bool found = asked.field.empty();
-  for_each_governing(header, [&](const file::ArrayInfo& array, std::size_t i) {
-    if (!asked.field.empty() && array.name != asked.field) return;
-    found = true;
-    limits[i] = std::min(limits[i], limit_of(asked.bound.absolute(array.range), array.range));
-  });
-  if (found) return;
-  for (const file::ArrayInfo& array : header.arrays)
-    if (array.name == asked.field)
-      refuse("field '" + asked.field + "' has no errors in this file: it did not govern the build");
-  refuse("there is no field '" + asked.field + "' in this file");
+/// The bounds over the whole domain, each so many times as large.
+CodeLimits global_limits(const Request& request, double factor, const file::Header& header) {
+  CodeLimits limits(scales(header).size(), kMaxErrorCode);
+  for (const FieldBound& bound : request.field_error)
+    apply_field_bound(bound, factor, header, limits);
+  if (request.domain_error) {
+    check_bound(*request.domain_error, "the domain error");
+    limits.back() = limit_of(request.domain_error->absolute(header.diagonal) * factor, header.diagonal);
+  }
+  return limits;
 }
 
-void find_focus_limits(const Bound& bound, const file::Header& header, CodeLimits& limits) {
-  check_bound(bound, "the error in the focus");
-  limits.clear();
-  if (bound.value == 0) return;
-  // What an absolute bound is as a fraction differs from field to field; the domain takes the least.
+/// A bound for every field brought to absolute numbers by code. What an absolute one is as a fraction differs from
+/// field to field; the domain takes the least.
+PerCode<double> absolute_by_code(const Bound& bound, const file::Header& header) {
+  PerCode<double> by_code;
   double domain_fraction = bound.relative ? bound.value : INFINITY;
-  for_each_governing(header, [&](const file::ArrayInfo& array, std::size_t) {
-    limits.push_back(limit_of(bound.absolute(array.range), array.range));
-    if (!bound.relative && array.range > 0) domain_fraction = std::min(domain_fraction, bound.value / array.range);
-  });
-  limits.push_back(std::isfinite(domain_fraction) ? limit_of(domain_fraction * header.diagonal, header.diagonal)
-                                                  : ErrorCode16{0});
+  const PerCode<double> scale = scales(header);
+  for (std::size_t i = 0; i + 1 < scale.size(); ++i) {
+    by_code.push_back(bound.absolute(scale[i]));
+    if (!bound.relative && scale[i] > 0) domain_fraction = std::min(domain_fraction, bound.value / scale[i]);
+  }
+  by_code.push_back(std::isfinite(domain_fraction) ? domain_fraction * header.diagonal : 0);
+  return by_code;
+}
+
+// ---- what is wanted ----
+
+WantInside inside(const Region& region, const Focus& focus, const file::Header& header) {
+  check_bound(focus.error, "the error in the focus");
+  WantInside want{region, {}};
+  if (focus.error.value == 0) return want;
+  const PerCode<double> allowed = absolute_by_code(focus.error, header), scale = scales(header);
+  for (std::size_t i = 0; i < allowed.size(); ++i)
+    want.limits.push_back(limit_of(allowed[i], scale[i]));
+  return want;
+}
+
+WantNear near(const Region& region, const Focus& focus, const file::Header& header) {
+  check_bound(*focus.falloff, "the falloff of the focus");
+  WantNear want{region, absolute_by_code(focus.error, header), absolute_by_code(*focus.falloff, header),
+                scales(header)};
+  for (double& slope : want.per_distance)
+    slope = header.diagonal > 0 ? slope / header.diagonal : 0;
+  return want;
+}
+
+Interval interval(const ValuesOfInterest& values, const file::Header& header) {
+  const std::size_t code = code_of(values.field, header);
+  if (std::isnan(values.min) || std::isnan(values.max))
+    refuse("a value of interest of '" + values.field + "' is not a number");
+  if (values.min > values.max || values.min == INFINITY || values.max == -INFINITY)
+    refuse("the interval of values of '" + values.field + "' is empty: " + std::to_string(values.min) + " to " +
+           std::to_string(values.max));
+  return {governing_arrays(header)[code], code, scales(header)[code], values.min, values.max};
+}
+
+Camera camera(const View& view) {
+  if (!is_finite(view.eye)) refuse("the eye of the view is not finite");
+  const auto direction = direction_of(view.direction), up = direction_of(view.up);
+  if (!direction || !up) refuse(std::string(direction ? "the up" : "the viewing") + " direction of the view has none");
+  constexpr double kParallel = 1e-9;
+  if (norm(cross(*direction, *up)) < kParallel) refuse("the view's up is parallel to its direction");
+  if (!(view.vertical_angle > 0 && view.vertical_angle < M_PI))
+    refuse("the vertical angle of the view is " + std::to_string(view.vertical_angle) +
+           " radians; it must be above 0 and below pi");
+  if (view.width == 0 || view.height == 0) refuse("the picture of the view has no pixels");
+  if (!(view.max_pixels >= 0) || !std::isfinite(view.max_pixels))
+    refuse("the error of the view is " + std::to_string(view.max_pixels) +
+           " pixels; it must be a number that is not negative");
+  if (!(view.outside >= 1))
+    refuse("the factor outside the view is " + std::to_string(view.outside) + "; it must be at least 1");
+  return Camera(view);
+}
+
+WantBounded bounded(const Request& request, const ResolvedRequest& resolved, const file::Header& header) {
+  WantBounded want;
+  if (!request.field_error.empty() || request.domain_error || request.view)
+    want.limits = global_limits(request, 1, header);
+  want.values = resolved.values;
+  want.camera = resolved.camera;
+  want.domain_scale = header.diagonal;
+  if (request.view) {
+    want.max_pixels = request.view->max_pixels;
+    want.max_pixels_unseen = request.view->max_pixels * request.view->outside;
+    if (std::isfinite(request.view->outside))
+      want.limits_unseen = global_limits(request, request.view->outside, header);
+  }
+  return want;
+}
+
+Budgets budgets(const Request& request) {
+  Budgets budgets{request.max_tets, request.max_vertices, request.max_bytes, {}};
+  if (request.max_milliseconds) {
+    if (!(*request.max_milliseconds >= 0) || !std::isfinite(*request.max_milliseconds))
+      refuse("the time allowed is " + std::to_string(*request.max_milliseconds) +
+             " milliseconds; it must be a number that is not negative");
+    budgets.max_seconds = *request.max_milliseconds / 1000;
+  }
+  return budgets;
 }
 
 } // namespace
@@ -92,23 +227,30 @@ ResolvedRequest resolve(const Request& request, const file::Header& header) {
 }
 
 void resolve(const Request& request, const file::Header& header, ResolvedRequest& resolved) {
-  resolved.limits.clear();
-  if (!request.field_error.empty() || request.domain_error) {
-    resolved.limits.assign(governing_count(header) + 1, kMaxErrorCode);
-    for (const FieldBound& bound : request.field_error)
-      apply_field_bound(bound, header, resolved.limits);
-    if (request.domain_error) {
-      check_bound(*request.domain_error, "the domain error");
-      resolved.limits.back() = limit_of(request.domain_error->absolute(header.diagonal), header.diagonal);
-    }
-  }
-  for (const FocusRegion& region : request.focus)
-    std::visit([](const auto& shape) { check_region(shape); }, region);
-  resolved.focus = request.focus;
-  find_focus_limits(request.focus_error, header, resolved.focus_limits);
-  resolved.max_tets = request.max_tets;
-  resolved.max_vertices = request.max_vertices;
+  resolved.budgets = budgets(request);
   resolved.origins = request.origins;
+  Demand& demand = resolved.demand;
+  demand.promised.clear();
+  demand.wished.clear();
+  resolved.focus.clear();
+  for (const Focus& focus : request.focus) {
+    const Region region = std::visit([](const auto& shape) { return checked(shape); }, focus.region);
+    resolved.focus.push_back(region);
+    demand.promised.add(inside(region, focus, header));
+    if (focus.falloff) demand.wished.add(near(region, focus, header));
+  }
+  resolved.values.clear();
+  for (const ValuesOfInterest& values : request.values)
+    resolved.values.push_back(interval(values, header));
+  resolved.camera.reset();
+  if (request.view) resolved.camera = camera(*request.view);
+
+  const bool has_bounds =
+      !request.field_error.empty() || request.domain_error || !request.values.empty() || request.view;
+  if (has_bounds) demand.wished.add(bounded(request, resolved, header));
+  // A budget is spent on what is asked outside the focus, and where nothing is, on everything.
+  if (demand.wished.empty() && (resolved.budgets.limit_size() || request.focus.empty())) demand.wished.add(WantAll{});
+  resolved.when_met = has_bounds ? LimitedBy::kError : LimitedBy::kFocus;
 }
 
 } // namespace ptet

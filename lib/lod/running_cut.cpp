@@ -5,37 +5,65 @@
 namespace ptet {
 
 RunningCut::RunningCut(Hierarchy& hierarchy)
-    : hierarchy_(hierarchy), blocks_(hierarchy.blocks()), read_(blocks_.size(), 0), focus_read_(blocks_.size(), 0),
-      is_met_(blocks_.size(), 0), focus_demand_(blocks_.size(), BlockDemand::kNone),
-      asked_demand_(blocks_.size(), BlockDemand::kNone), flags_(hierarchy.header().record_count, 0),
-      focus_uses_(hierarchy.header().record_count, 0), candidates_(kMaxOrderCode + std::size_t{1}) {}
+    : hierarchy_(hierarchy), blocks_(hierarchy.blocks()), read_(blocks_.size(), 0), promised_read_(blocks_.size(), 0),
+      is_met_(blocks_.size(), 0), promised_demand_(blocks_.size(), BlockDemand::kNone),
+      wished_demand_(blocks_.size(), BlockDemand::kNone), flags_(hierarchy.header().record_count, 0),
+      promised_uses_(hierarchy.header().record_count, 0), candidates_(kMaxOrderCode + std::size_t{1}) {}
+
+BlockDemand RunningCut::promised_of(const file::BlockInfo& block) const {
+  return counts_wishes() ? request_.demand.of_block(block) : request_.demand.promised.of_block(block);
+}
+BlockDemand RunningCut::wished_of(const file::BlockInfo& block) const {
+  return counts_wishes() ? BlockDemand::kNone : request_.demand.wished.of_block(block);
+}
+bool RunningCut::is_promised(std::uint32_t r) const {
+  return counts_wishes() ? request_.demand.wants(hierarchy_, RecordId{r})
+                         : request_.demand.promised.wants(hierarchy_, RecordId{r});
+}
 
 std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& request) {
-  const bool focus_changed =
-      is_stale_ || request.focus != request_.focus || request.focus_limits != request_.focus_limits;
-  const bool asked_changed = is_stale_ || request.limits != request_.limits ||
-                             request.has_budget() != request_.has_budget() ||
-                             request.is_original() != request_.is_original();
+  const bool counted_wishes = counts_wishes();
+  const bool wished_changed = is_stale_ || request.demand.wished != request_.demand.wished;
+  bool promised_changed = is_stale_ || request.demand.promised != request_.demand.promised;
   is_stale_ = true;
   request_ = request;
+  if (counted_wishes || counts_wishes()) promised_changed = promised_changed || wished_changed;
+  request_.budgets.max_seconds.reset();
   stopped_by_budget_ = false;
-  const Demand demand(hierarchy_, request_);
+  if (counts_wishes() && request_.budgets.limit_size()) return find_anew();
+  if (std::exchange(is_found_anew_, false))
+    for (std::uint32_t r = 0; r < flags_.size(); ++r)
+      if (contains(r) != (found_.applied[r] != 0)) touch(r);
+
   for (std::size_t b = 0; b < blocks_.size(); ++b)
-    focus_read_[b] = demand.focus_of(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
-  hierarchy_.close(focus_read_, open_);
-  read_ = focus_read_;
+    promised_read_[b] = promised_of(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
+  hierarchy_.close(promised_read_, open_);
+  read_ = promised_read_;
   for (std::size_t b = 0; b < blocks_.size(); ++b)
-    if (request_.origins || (!request_.has_budget() && demand.asked_of(blocks_[b]) != BlockDemand::kNone)) read_[b] = 1;
+    if (request_.origins || (!request_.budgets.limit_size() && wished_of(blocks_[b]) != BlockDemand::kNone)) read_[b] = 1;
   read_closed(read_);
   std::shared_lock lock = hierarchy_.lock();
   const bool has_new = meet_new_blocks();
-  if (focus_changed || has_new) update_focus(demand);
-  if (asked_changed || has_new) update_asked(demand);
-  if (request_.has_budget())
-    spend_budget(demand, lock);
+  if (promised_changed || has_new) update_promised();
+  if (wished_changed || has_new) update_wished();
+  if (request_.budgets.limit_size())
+    spend_budget(lock);
   else
     move_end(std::nullopt);
   is_stale_ = false;
+  return lock;
+}
+
+// What is counted stays that of an earlier request, for the next one that can be counted.
+std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
+  Cut found = find_cut(hierarchy_, request_, {});
+  std::shared_lock lock = hierarchy_.lock();
+  for (std::uint32_t r = 0; r < flags_.size(); ++r)
+    if (contains(r) != (found.applied[r] != 0)) touch(r);
+  found_ = std::move(found);
+  is_found_anew_ = true;
+  read_ = found_.read;
+  stopped_by_budget_ = found_.limited_by == LimitedBy::kBudget;
   return lock;
 }
 
@@ -56,21 +84,21 @@ bool RunningCut::meet_new_blocks() {
   return found;
 }
 
-// ---- the focus ----
+// ---- promises ----
 
 // First what comes, then what goes: what both want stays where it is.
-void RunningCut::update_focus(const Demand& demand) {
+void RunningCut::update_promised() {
   leaving_.clear();
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (is_met_[b] == 0) continue;
-    const BlockDemand now = demand.focus_of(blocks_[b]);
-    const BlockDemand before = std::exchange(focus_demand_[b], now);
+    const BlockDemand now = promised_of(blocks_[b]);
+    const BlockDemand before = std::exchange(promised_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
     for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wanted = now == BlockDemand::kAll || (now == BlockDemand::kSome && demand.is_in_focus(RecordId{r}));
-      if (is_wanted == ((flags_[r] & kFocus) != 0)) continue;
-      flags_[r] ^= kFocus;
+      const bool is_wanted = now == BlockDemand::kAll || (now == BlockDemand::kSome && is_promised(r));
+      if (is_wanted == ((flags_[r] & kPromised) != 0)) continue;
+      flags_[r] ^= kPromised;
       if (is_wanted)
         use(r);
       else
@@ -82,30 +110,30 @@ void RunningCut::update_focus(const Demand& demand) {
 }
 
 void RunningCut::use(std::uint32_t r) {
-  if (focus_uses_[r]++ != 0) return;
+  if (promised_uses_[r]++ != 0) return;
   open_.assign(1, r);
   while (!open_.empty()) {
     const std::uint32_t entered = open_.back();
     open_.pop_back();
     touch(entered);
-    focus_size_ += size_of(entered);
-    if ((flags_[entered] & kAsked) != 0) candidates_[rank_of(entered).key] -= size_of(entered);
+    promised_size_ += size_of(entered);
+    if ((flags_[entered] & kWished) != 0) candidates_[rank_of(entered).key] -= size_of(entered);
     for (const RecordId parent : hierarchy_.content().refinement.parents(RecordId{entered}))
-      if (focus_uses_[parent.index()]++ == 0) open_.push_back(parent.index());
+      if (promised_uses_[parent.index()]++ == 0) open_.push_back(parent.index());
   }
 }
 
 void RunningCut::release(std::uint32_t r) {
-  if (--focus_uses_[r] != 0) return;
+  if (--promised_uses_[r] != 0) return;
   open_.assign(1, r);
   while (!open_.empty()) {
     const std::uint32_t left = open_.back();
     open_.pop_back();
     touch(left);
-    focus_size_ -= size_of(left);
-    if ((flags_[left] & kAsked) != 0) candidates_[rank_of(left).key] += size_of(left);
+    promised_size_ -= size_of(left);
+    if ((flags_[left] & kWished) != 0) candidates_[rank_of(left).key] += size_of(left);
     for (const RecordId parent : hierarchy_.content().refinement.parents(RecordId{left}))
-      if (--focus_uses_[parent.index()] == 0) open_.push_back(parent.index());
+      if (--promised_uses_[parent.index()] == 0) open_.push_back(parent.index());
   }
 }
 
@@ -115,22 +143,23 @@ void RunningCut::touch(std::uint32_t r) {
   touched_.push_back(r);
 }
 
-// ---- error bounds ----
+// ---- wishes ----
 
-void RunningCut::update_asked(const Demand& demand) {
+void RunningCut::update_wished() {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (is_met_[b] == 0) continue;
-    const BlockDemand now = demand.asked_of(blocks_[b]);
-    const BlockDemand before = std::exchange(asked_demand_[b], now);
+    const BlockDemand now = wished_of(blocks_[b]);
+    const BlockDemand before = std::exchange(wished_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
     for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_asked = now == BlockDemand::kAll || (now == BlockDemand::kSome && demand.is_asked(RecordId{r}));
-      if (is_asked == ((flags_[r] & kAsked) != 0)) continue;
-      flags_[r] ^= kAsked;
+      const bool is_wished = now == BlockDemand::kAll ||
+                             (now == BlockDemand::kSome && request_.demand.wished.wants(hierarchy_, RecordId{r}));
+      if (is_wished == ((flags_[r] & kWished) != 0)) continue;
+      flags_[r] ^= kWished;
       touch(r);
-      if (focus_uses_[r] != 0) continue;
-      if (is_asked)
+      if (promised_uses_[r] != 0) continue;
+      if (is_wished)
         candidates_[rank_of(r).key] += size_of(r);
       else
         candidates_[rank_of(r).key] -= size_of(r);
@@ -142,13 +171,13 @@ void RunningCut::update_asked(const Demand& demand) {
 
 // As find_cut does: blocks in the order of their largest key, until no unread one can hold a record that comes before
 // the first that does not fit.
-void RunningCut::spend_budget(const Demand& demand, std::shared_lock<std::shared_mutex>& lock) {
-  const Budget budget(hierarchy_, request_);
+void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
+  const Budget budget(hierarchy_, request_.budgets);
   by_key_.clear();
   for (std::uint32_t b = 0; b < blocks_.size(); ++b)
-    if (demand.asked_of(blocks_[b]) != BlockDemand::kNone) by_key_.emplace_back(blocks_[b].max_order, b);
+    if (wished_of(blocks_[b]) != BlockDemand::kNone) by_key_.emplace_back(blocks_[b].max_order, b);
   std::sort(by_key_.rbegin(), by_key_.rend());
-  std::uint64_t expected = budget.expected_records();
+  std::uint64_t expected = budget.expected_records(promised_size_);
   OrderCode reach = budget.key_of_rank(by_key_, expected);
   while (true) {
     lock.unlock();
@@ -156,8 +185,8 @@ void RunningCut::spend_budget(const Demand& demand, std::shared_lock<std::shared
     hierarchy_.load(read_);
     lock.lock();
     if (meet_new_blocks()) {
-      update_focus(demand);
-      update_asked(demand);
+      update_promised();
+      update_wished();
     }
     order_records();
     const std::optional<BudgetRank> end = find_end(budget);
@@ -174,10 +203,10 @@ void RunningCut::spend_budget(const Demand& demand, std::shared_lock<std::shared
   }
 }
 
-// Into read_: those of the focus, and those that may hold a record of order code `key` or larger; closed.
+// Into read_: those of what is promised, and those that may hold a record of order code `key` or larger; closed.
 void RunningCut::choose_blocks(OrderCode key) {
   if (request_.origins) return;
-  read_ = focus_read_;
+  read_ = promised_read_;
   for (const auto& [block_key, b] : by_key_)
     if (block_key >= key) read_[b] = 1;
   hierarchy_.close(read_, open_);
@@ -222,9 +251,9 @@ std::size_t RunningCut::place_of(const std::optional<BudgetRank>& rank) const {
   return static_cast<std::size_t>(found - in_order_.begin());
 }
 
-// The first candidate that does not fit on top of the focus and of those before it.
+// The first candidate that does not fit on top of what is promised and of those before it.
 std::optional<BudgetRank> RunningCut::find_end(const Budget& budget) const {
-  AddedSize size = focus_size_;
+  AddedSize size = promised_size_;
   std::size_t key = candidates_.size();
   while (key > 0) {
     AddedSize larger = size;
@@ -237,7 +266,7 @@ std::optional<BudgetRank> RunningCut::find_end(const Budget& budget) const {
   BudgetRank last{static_cast<OrderCode>(key - 1), 0, 0};
   for (std::size_t i = place_of(last); i < in_order_.size(); ++i) {
     const std::uint32_t r = in_order_[i];
-    if ((flags_[r] & kAsked) == 0 || focus_uses_[r] != 0) continue;
+    if ((flags_[r] & kWished) == 0 || promised_uses_[r] != 0) continue;
     last = rank_of(r);
     if (!budget.fits(size += size_of(r))) break;
   }
@@ -250,7 +279,7 @@ void RunningCut::move_end(const std::optional<BudgetRank>& end) {
     std::size_t from = place_of(end_), to = place_of(end);
     if (from > to) std::swap(from, to);
     for (std::size_t i = from; i < to; ++i)
-      if ((flags_[in_order_[i]] & kAsked) != 0) touch(in_order_[i]);
+      if ((flags_[in_order_[i]] & kWished) != 0) touch(in_order_[i]);
   }
   end_ = end;
 }

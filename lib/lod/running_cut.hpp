@@ -1,14 +1,15 @@
 // A cut that goes from request to request by what differs between them.
 //
-//   cut = closure over parents of { r : r in the focus }   +   { r : r is asked, before the end of the budget's order }
-//         counted: r is in it while it is wanted itself        closed as it is; a budget is a place in the order, which
-//         or a child of it is in it                            histograms of sizes by order code find
+//   cut = closure over parents of { r : r is promised }   +   { r : r is wished, before the end of the budget's order }
+//         counted: r is in it while it is wanted itself       where that is closed as it is; a budget is a place in the
+//         or a child of it is in it                           order, which histograms of sizes by order code find
 //
+// Wishes that are not closed are counted like promises; where a budget is to be spent on them, the cut is found anew.
 // The cut is that of find_cut, whatever the requests before.
 #pragma once
 
 #include "lod/budget.hpp"
-#include "lod/demand.hpp"
+#include "lod/cut.hpp"
 
 #include <optional>
 
@@ -19,12 +20,13 @@ public:
   /// Of the base mesh. `hierarchy` must outlive it.
   explicit RunningCut(Hierarchy& hierarchy);
 
-  /// Makes it the cut of `request`, reading the blocks that takes. The lock is held on return: what the cut needs is in
+  /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what the cut needs is in
   /// memory while it is. Throws what Hierarchy::load throws; the cut is then that of some request between.
   [[nodiscard]] std::shared_lock<std::shared_mutex> set(const ResolvedRequest& request);
 
   [[nodiscard]] bool contains(std::uint32_t r) const {
-    return focus_uses_[r] != 0 || ((flags_[r] & kAsked) != 0 && is_before_end(r));
+    if (is_found_anew_) return found_.applied[r] != 0;
+    return promised_uses_[r] != 0 || ((flags_[r] & kWished) != 0 && is_before_end(r));
   }
   /// Records that may have come in or gone out since they were last dropped from the list; each once.
   [[nodiscard]] const std::vector<std::uint32_t>& touched() const { return touched_; }
@@ -42,28 +44,33 @@ public:
   [[nodiscard]] bool is_stopped_by_budget() const { return stopped_by_budget_; }
 
 private:
-  static constexpr std::uint8_t kFocus = 1;   ///< wanted by the focus itself
-  static constexpr std::uint8_t kAsked = 2;   ///< of those that a budget is spent on
-  static constexpr std::uint8_t kTouched = 4; ///< in touched_
+  static constexpr std::uint8_t kPromised = 1; ///< wanted itself, whatever the budget
+  static constexpr std::uint8_t kWished = 2;   ///< of those that a budget is spent on
+  static constexpr std::uint8_t kTouched = 4;  ///< in touched_
 
+  /// Whether promises and wishes are to be counted together.
+  [[nodiscard]] bool counts_wishes() const { return !request_.demand.wished.are_closed(); }
+  [[nodiscard]] BlockDemand promised_of(const file::BlockInfo& block) const;
+  [[nodiscard]] BlockDemand wished_of(const file::BlockInfo& block) const;
+  [[nodiscard]] bool is_promised(std::uint32_t r) const;
+
+  [[nodiscard]] std::shared_lock<std::shared_mutex> find_anew();
   void read_closed(BlockSet& set);
   bool meet_new_blocks();
-  void update_focus(const Demand& demand);
-  void update_asked(const Demand& demand);
-  void set_focus(std::uint32_t r, bool wanted);
-  void set_asked(std::uint32_t r, bool asked);
+  void update_promised();
+  void update_wished();
   void use(std::uint32_t r);
   void release(std::uint32_t r);
   void touch(std::uint32_t r);
 
-  void spend_budget(const Demand& demand, std::shared_lock<std::shared_mutex>& lock);
+  void spend_budget(std::shared_lock<std::shared_mutex>& lock);
   void choose_blocks(OrderCode key);
   void order_records();
   [[nodiscard]] std::optional<BudgetRank> find_end(const Budget& budget) const;
   void move_end(const std::optional<BudgetRank>& end);
   [[nodiscard]] std::size_t place_of(const std::optional<BudgetRank>& rank) const;
   [[nodiscard]] AddedSize size_of(std::uint32_t r) const {
-    return {1, hierarchy_.content().refinement.added_tet_count(RecordId{r})};
+    return added_by(hierarchy_.content().refinement, RecordId{r});
   }
   [[nodiscard]] BudgetRank rank_of(std::uint32_t r) const {
     const file::Content& content = hierarchy_.content();
@@ -75,22 +82,25 @@ private:
   const std::vector<file::BlockInfo>& blocks_;
   ResolvedRequest request_; ///< the last one
   bool is_stale_ = true;    ///< what follows is not that of the last request
-  BlockSet read_, focus_read_;
+  BlockSet read_, promised_read_;
   bool stopped_by_budget_ = false;
 
   // By block.
   std::vector<char> is_met_; ///< its records are counted in what follows
-  std::vector<BlockDemand> focus_demand_, asked_demand_;
+  std::vector<BlockDemand> promised_demand_, wished_demand_;
 
   // By record.
   std::vector<std::uint8_t> flags_;
-  std::vector<std::uint32_t> focus_uses_; ///< wanted by the focus itself, and children that are in its closure
+  std::vector<std::uint32_t> promised_uses_; ///< promised itself, and children that are in the closure
   std::vector<std::uint32_t> touched_;
-  AddedSize focus_size_;
-  std::vector<AddedSize> candidates_; ///< by order code: records that are asked and not in the focus's closure
+  AddedSize promised_size_;
+  std::vector<AddedSize> candidates_; ///< by order code: records that are wished and not promised
   std::optional<BudgetRank> end_; ///< the first record that the budget is not spent on; none: there is no such record
   std::vector<std::uint32_t> in_order_; ///< the records of the blocks met so far
   bool is_ordered_ = true;
+
+  bool is_found_anew_ = false;
+  Cut found_; ///< where it is
 
   std::vector<std::uint32_t> open_, leaving_; // scratch
   BlocksByOrder by_key_;

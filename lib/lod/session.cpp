@@ -55,7 +55,7 @@ public:
     const auto begin = Clock::now();
     const auto lock = hierarchy_.lock();
     Extraction extraction =
-        extract_cut(hierarchy_, {applied_, applied_count_, cut_.read(), result_.limited_by}, request_.origins);
+        extract_cut(hierarchy_, {applied_, applied_count_, cut_.read(), result_.limited_by}, request_);
     extraction.bytes_read = hierarchy_.bytes_read();
     extraction.seconds = seconds_since(begin);
     return extraction;
@@ -134,8 +134,7 @@ private:
     result_.limited_by = !result_.complete                   ? LimitedBy::kTime
                          : applied_count_ == applied_.size() ? LimitedBy::kNothing
                          : cut_.is_stopped_by_budget()       ? LimitedBy::kBudget
-                         : request_.has_bounds()             ? LimitedBy::kError
-                                                             : LimitedBy::kFocus;
+                                                             : request_.when_met;
   }
 
   std::shared_ptr<const Dataset> dataset_;

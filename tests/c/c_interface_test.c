@@ -468,6 +468,24 @@ static void test_requests_refused(const ptet_dataset* dataset) {
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_add_focus_box(NULL, a, b, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_add_focus_sphere(NULL, a, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_focus_error(NULL, 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_focus_falloff(NULL, 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_region_error(NULL, 0, 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_region_falloff(NULL, 0, 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "no focus region 0", ptet_request_set_region_error(request, 0, 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "no focus region 0", ptet_request_set_region_falloff(request, 0, 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_add_focus_oriented_box(NULL, a, b, &error));
+  FAILS(PTET_BAD_ARGUMENT, "centre is NULL", ptet_request_add_focus_oriented_box(request, NULL, b, &error));
+  FAILS(PTET_BAD_ARGUMENT, "half axes is NULL", ptet_request_add_focus_oriented_box(request, a, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_add_focus_half_space(NULL, a, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "normal is NULL", ptet_request_add_focus_half_space(request, NULL, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_add_values(NULL, "pressure", 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_request_add_values(request, NULL, 1, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_max_bytes(NULL, 1, &error));
+  ptet_view view = {0};
+  FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_request_set_view(request, &view, &error));
+  view.struct_size = sizeof view;
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_view(NULL, &view, &error));
+  FAILS(PTET_BAD_ARGUMENT, "view is NULL", ptet_request_set_view(request, NULL, &error));
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_origins(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_request_add_focus_box(request, NULL, b, &error));
   FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_request_add_focus_box(request, a, NULL, &error));
@@ -486,7 +504,8 @@ static void test_requests_refused(const ptet_dataset* dataset) {
   REFUSED("domain", ptet_request_set_domain_error(request, INFINITY, 0, &error));
   REFUSED("box is empty", ptet_request_add_focus_box(request, b, a, &error));
   REFUSED("radius", ptet_request_add_focus_sphere(request, a, NAN, &error));
-  REFUSED("focus", ptet_request_set_focus_error(request, -1, 1, &error));
+  REFUSED("", ptet_request_add_values(request, "marker", 1, 1, &error));
+  REFUSED("", ptet_request_set_view(request, &view, &error)); /* without a direction */
 #undef REFUSED
   SUCCEEDS(ptet_request_clear(request, &error));
   FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_extract(dataset, request, NULL, NULL, NULL, &error));

@@ -29,8 +29,9 @@ COMMANDS = {
     "build": ["--output", "--field", "--max-field-error", "--max-domain-error", "--target-vertices", "--min-quality",
               "--method", "--objective", "--predict", "--evaluate", "--max-star", "--threads", "--force", "--json",
               "--quiet"],
-    "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--focus", "--focus-error",
-                "--errors", "--json"],
+    "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--bytes", "--milliseconds",
+                "--focus", "--focus-error", "--focus-falloff", "--isovalue", "--values", "--view", "--pixels",
+                "--outside", "--errors", "--json"],
     "info": ["--levels", "--json"],
     "measure": ["--field", "--exact", "--samples", "--seed", "--tolerance", "--threads", "--errors", "--json"],
     "verify": ["--original", "--json"],
@@ -118,15 +119,27 @@ class Usage(Case):
                         "--tets": ["", "-1", "1.5", "101%"], "--vertices": ["", "-1", "inf"],
                         "--focus": ["", "box", "box:1,2,3", "box:1,0,0,0,1,1", "box:0,0,0,1,1,nan",
                                     "box:0,0,0,1,1,1,1", "sphere:0,0,0,-1", "sphere:0,0,0,inf", "cone:0,0,0,1",
-                                    "box:0,,0,1,1,1"],
-                        "--focus-error": bound},
+                                    "box:0,,0,1,1,1", "half:1,0,0", "half:0,0,0,1", "obox:0,0,0,1,0,0,0,1,0",
+                                    "obox:0,0,0,1,0,0,1,1,0,1", "obox:0,0,0,1,0,0,2,0,0,1",
+                                    "obox:0,0,0,1,0,0,0,1,0,-1"],
+                        "--focus-error": bound, "--focus-falloff": bound, "--bytes": ["", "-1", "1.5", "xMB", "-1kB"],
+                        "--milliseconds": ["", "-1", "nan", "1%"],
+                        "--isovalue": ["", "1", "=1", "smooth=", "smooth=nan", "smooth=1..2"],
+                        "--values": ["", "smooth", "smooth=1", "=1..2", "smooth=2..1", "smooth=a..b"],
+                        "--view": ["", "eye=0,0,0", "eye=0,0,0:at=0,0,0", "eye=0,0:at=1,1,1", "eye=0,0,0:at=1,1,nan",
+                                   "eye=0,0,0:at=1,1,1:angle=180", "eye=0,0,0:at=1,1,1:size=100",
+                                   "eye=0,0,0:at=1,1,1:size=0x5", "eye=0,0,0:at=1,1,1:zoom=2",
+                                   "eye=0,0,0:eye=0,0,0:at=1,1,1"],
+                        "--pixels": ["", "-1", "nan"], "--outside": ["", "0.5", "-1", "inf"]},
         }
+        needed = {"--focus-error": ["--focus", "sphere:0,0,0,1"], "--focus-falloff": ["--focus", "sphere:0,0,0,1"],
+                  "--pixels": ["--view", "eye=0,0,-9:at=0,0,0"], "--outside": ["--view", "eye=0,0,-9:at=0,0,0"]}
         self.built_grid(2)
         for command, options in cases.items():
             for option, values in options.items():
                 for value in values:
                     with self.subTest(command=command, option=option, value=value):
-                        more = ["--focus", "sphere:0,0,0,1"] if option == "--focus-error" else []
+                        more = needed.get(option, [])
                         file = "grid.vtu" if command == "build" else "grid.ptet"
                         self.refused(2, command, file, "-o" if command == "build" else "--json",
                                      *(["x.ptet"] if command == "build" else []), *more, option, value, says=option)
@@ -142,6 +155,13 @@ class Usage(Case):
     def test_options_that_need_another(self):
         self.built_grid(2)
         self.refused(2, "extract", "grid.ptet", "--focus-error", "1%", says="--focus")
+        self.refused(2, "extract", "grid.ptet", "--focus-falloff", "1%", says="--focus")
+        self.refused(2, "extract", "grid.ptet", "--pixels", "1", says="--view")
+        self.refused(2, "extract", "grid.ptet", "--outside", "2", says="--view")
+        ball = ["--focus", "sphere:0,0,0,1"]
+        self.refused(2, "extract", "grid.ptet", *ball, *ball, *ball, "--focus-error", "1%", "--focus-error", "2%",
+                     says=["--focus-error", "3"])
+        self.refused(2, "extract", "grid.ptet", "--view", "eye=0,0,0:at=1,0,0:up=2,0,0", says="up")
         self.refused(2, "extract", "grid.ptet", "--errors", says="--errors")
         self.refused(2, "extract", "grid.ptet", "--errors", "-o", "a.stl", says="--errors")
         self.refused(2, "extract", "grid.ptet", "-o", "a.png", says=["a.png", ".vtu", ".stl"])
@@ -153,6 +173,8 @@ class Usage(Case):
         self.refused(2, "build", "grid.vtu", "-o", "x.ptet", "--field", "nope", says=known)
         self.refused(2, "build", "grid.vtu", "-o", "x.ptet", "--max-field-error", "nope=1%", says=known)
         self.refused(2, "extract", "grid.ptet", "--field-error", "nope=1%", says=known)
+        self.refused(2, "extract", "grid.ptet", "--isovalue", "nope=1", says=known)
+        self.refused(2, "extract", "grid.ptet", "--values", "nope=1..2", says=known)
         self.ptet("build", "grid.vtu", "-o", "one.ptet", "--field", "smooth", "--quiet")
         self.refused(2, "extract", "one.ptet", "--field-error", "bumpy=1%", says=["'bumpy'", "'smooth'"])
 
@@ -378,6 +400,60 @@ class Reports(Case):
             self.assertIn(word, text)
         self.assertIn("level", self.ptet("info", "grid.ptet", "--levels").stdout)
         self.assertIn("sound", self.ptet("verify", "grid.ptet").stdout)
+
+    def test_where_an_extraction_is_fine(self):
+        self.built_grid(8)
+        whole = self.json("extract", "grid.ptet")["tets"]
+        coarse = self.json("extract", "grid.ptet", "--field-error", "40%")["tets"]
+
+        graded = self.json("extract", "grid.ptet", "--focus", "half:1,0,0,0.1", "--focus",
+                           "obox:.8,.8,.8,.1,.1,0,.1,-.1,0,.1", "--focus-error", "0%", "--focus-error", "5%", "--focus-falloff", "200%")
+        self.assertEqual(graded["limited_by"], "focus")
+        self.assertEqual([sorted(focus) for focus in graded["asked"]["focus"]],
+                         [["error", "falloff", "half_space"], ["error", "falloff", "oriented_box"]])
+        self.assertEqual(graded["asked"]["focus"][0]["error"], {"smooth": 0, "bumpy": 0})
+        first, second = graded["achieved"]["in_focus"]
+        self.assertEqual(first, {"field_error": {"smooth": 0, "bumpy": 0}, "domain_error": 0})
+        for field, error in second["field_error"].items():
+            self.assertLessEqual(error, graded["asked"]["focus"][1]["error"][field])
+        self.assertTrue(coarse <= graded["tets"] < whole)
+
+        iso = self.json("extract", "grid.ptet", "--field-error", "smooth=2%", "--isovalue", "smooth=0.1")
+        band = self.json("extract", "grid.ptet", "--field-error", "smooth=2%", "--values", "smooth=..0.1")
+        everywhere = self.json("extract", "grid.ptet", "--field-error", "smooth=2%")
+        self.assertEqual(iso["asked"]["values"], [{"field": "smooth", "min": 0.1, "max": 0.1}])
+        self.assertEqual(band["asked"]["values"], [{"field": "smooth", "min": None, "max": 0.1}])
+        self.assertLessEqual(iso["achieved"]["at_values"][0]["field_error"]["smooth"],
+                             iso["asked"]["field_error"]["smooth"])
+        self.assertTrue(iso["tets"] <= band["tets"] <= everywhere["tets"])
+
+        camera = ["--view", "eye=.5,.5,.5:at=.5,.5,2:up=0,1,0:angle=60:size=640x480", "--field-error", "1%"]
+        narrow = self.json("extract", "grid.ptet", *camera)
+        graded = self.json("extract", "grid.ptet", *camera, "--outside", "10", "--pixels", "2")
+        everywhere = self.json("extract", "grid.ptet", "--field-error", "1%", "--domain-error", "0")
+        self.assertTrue(narrow["tets"] <= everywhere["tets"] and graded["tets"] <= everywhere["tets"])
+        self.assertEqual(graded["asked"]["view"]["size"], [640, 480])
+        self.assertAlmostEqual(graded["asked"]["view"]["angle"], 60)
+        self.assertIsNone(narrow["asked"]["view"]["outside"])
+        self.assertLessEqual(graded["achieved"]["in_view"]["pixels"], 2)
+
+        text = self.ptet("extract", "grid.ptet", *camera, "--isovalue", "smooth=0.1").stdout
+        for word in ["in the view", "pixels", "smooth = 0.1", "nothing outside"]:
+            self.assertIn(word, text)
+
+    def test_budgets(self):
+        self.built_grid(8)
+        for size, most in [("20kB", 20000), ("0.03MB", 30000), ("40000", 40000)]:
+            report = self.json("extract", "grid.ptet", "--bytes", size)
+            self.assertEqual((report["asked"]["bytes"], report["limited_by"]), (most, "budget"))
+            # Points are three numbers of 8 bytes at most, the two fields one each.
+            self.assertLessEqual(16 * report["tets"] + 5 * 4 * report["vertices"], most)
+            self.assertGreater(16 * report["tets"] + (5 * 8 + 24) * report["vertices"], most / 2)
+        base = self.json("info", "grid.ptet")["base"]
+        stopped = self.json("extract", "grid.ptet", "--milliseconds", "0")
+        self.assertEqual((stopped["tets"], stopped["limited_by"]), (base["tets"], "time"))
+        patient = self.json("extract", "grid.ptet", "--milliseconds", "1e6")
+        self.assertEqual(patient["limited_by"], "nothing")
 
     def test_info_of_a_mesh(self):
         self.grid(4)

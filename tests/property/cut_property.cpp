@@ -128,14 +128,34 @@ public:
       p[i] = info_.box_min[i] + uniform() * (info_.box_max[i] - info_.box_min[i]);
     return p;
   }
-  FocusRegion region() {
+  Region region() {
     // From half the mesh down to a point.
     const double size = coin() ? std::pow(uniform(), 8) : uniform() / 2;
-    if (coin()) return Sphere{point(), size * info_.diagonal / 2};
+    switch (random_() % 6) {
+    case 0: return oriented_box(size);
+    case 1: {
+      const Point normal{uniform() - 0.5, uniform() - 0.5, uniform() - 0.5}, at = point();
+      return HalfSpace{normal, normal[0] * at[0] + normal[1] * at[1] + normal[2] * at[2]};
+    }
+    case 2:
+    case 3: return Sphere{point(), size * info_.diagonal / 2};
+    default: break;
+    }
     Box box{point(), point()};
     for (std::size_t i = 0; i < 3; ++i) {
       if (box.min[i] > box.max[i]) std::swap(box.min[i], box.max[i]);
       box.max[i] = box.min[i] + (box.max[i] - box.min[i]) * size;
+    }
+    return box;
+  }
+  OrientedBox oriented_box(double size) {
+    const double turn = 7 * uniform(), tilt = 7 * uniform(), s = std::sin(turn), c = std::cos(turn), t = std::sin(tilt),
+                 u = std::cos(tilt);
+    OrientedBox box{point(), {{{c, s, 0}, {-s * u, c * u, t}, {s * t, -c * t, u}}}};
+    for (Point& half : box.half_axes) {
+      const double length = size * uniform() * info_.diagonal / 2;
+      for (double& x : half)
+        x *= length;
     }
     return box;
   }
@@ -146,8 +166,8 @@ public:
     if (coin()) request.max_tets = random_() % (info_.tets + 10);
     if (random_() % 4 == 0) request.max_vertices = random_() % (info_.vertices + 10);
     for (unsigned i = random_() % 3; i > 0; --i)
-      request.focus.push_back(region());
-    if (!request.focus.empty() && random_() % 3 == 0) request.focus_error = {std::pow(uniform(), 3), true};
+      request.focus.push_back({region(), {random_() % 3 == 0 ? std::pow(uniform(), 3) : 0, true}, {}});
+    if (random_() % 5 == 0) request.max_bytes = random_() % (100 * info_.tets);
     request.origins = random_() % 3 == 0;
     return request;
   }
@@ -157,13 +177,18 @@ private:
   std::mt19937 random_;
 };
 
+bool same(const std::vector<PartErrors>& a, const std::vector<PartErrors>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const PartErrors& x, const PartErrors& y) {
+    return x.field_error == y.field_error && x.domain_error == y.domain_error;
+  });
+}
 bool same(const Extraction& a, const Extraction& b) {
   for (std::size_t i = 0; i < a.mesh.point_arrays.size(); ++i)
     if (bits_of(a.mesh.point_arrays[i]) != bits_of(b.mesh.point_arrays[i])) return false;
   return bits_of(a.mesh.positions) == bits_of(b.mesh.positions) && a.mesh.tets == b.mesh.tets &&
          a.vertex_in_file == b.vertex_in_file && a.made_by == b.made_by && a.boundary_faces == b.boundary_faces &&
          a.field_error == b.field_error && a.rms_error == b.rms_error && a.domain_error == b.domain_error &&
-         a.limited_by == b.limited_by;
+         a.limited_by == b.limited_by && same(a.in_focus, b.in_focus);
 }
 
 bool contains(const TetMesh& mesh, const Tet& tet, const Point& p) {
@@ -177,11 +202,39 @@ bool contains(const TetMesh& mesh, const Tet& tet, const Point& p) {
   return true;
 }
 
+double product(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Point a_point_of(const Region& region) {
+  if (const Box* const box = std::get_if<Box>(&region)) return box->max;
+  if (const OrientedBox* const box = std::get_if<OrientedBox>(&region)) return box->centre;
+  if (const Sphere* const sphere = std::get_if<Sphere>(&region)) return sphere->centre;
+  const HalfSpace& half_space = std::get<HalfSpace>(region);
+  Point p = half_space.normal;
+  for (double& x : p)
+    x *= (half_space.offset - 1e-9 * std::fabs(half_space.offset)) / product(half_space.normal, half_space.normal);
+  return p;
+}
+bool is_in(const Region& region, const Point& p) {
+  if (const Box* const box = std::get_if<Box>(&region)) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (p[axis] < box->min[axis] || p[axis] > box->max[axis]) return false;
+    return true;
+  }
+  if (const HalfSpace* const half_space = std::get_if<HalfSpace>(&region))
+    return product(half_space->normal, p) <= half_space->offset;
+  const Point centre = a_point_of(region), to{p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
+  if (const Sphere* const sphere = std::get_if<Sphere>(&region))
+    return product(to, to) <= sphere->radius * sphere->radius;
+  for (const Point& half : std::get<OrientedBox>(region).half_axes)
+    if (std::fabs(product(to, half)) > product(half, half)) return false;
+  return true;
+}
+
 // Overlaps without any cleverness: a point of the region against the tet, points of the tet against the region. It may
 // miss a contact, it never invents one.
-bool surely_meets(const FocusRegion& region, const TetMesh& mesh, const Tet& tet) {
-  const Box* const as_box = std::get_if<Box>(&region);
-  if (contains(mesh, tet, as_box != nullptr ? as_box->max : std::get<Sphere>(region).centre)) return true;
+bool surely_meets(const Region& region, const TetMesh& mesh, const Tet& tet) {
+  if (contains(mesh, tet, a_point_of(region))) return true;
   constexpr int kSteps = 4;
   for (int i = 0; i <= kSteps; ++i)
     for (int j = 0; j <= kSteps - i; ++j)
@@ -192,16 +245,7 @@ bool surely_meets(const FocusRegion& region, const TetMesh& mesh, const Tet& tet
         for (std::size_t corner = 0; corner < 4; ++corner)
           for (std::size_t axis = 0; axis < 3; ++axis)
             p[axis] += weight[corner] * mesh.position(tet[corner])[axis];
-        if (as_box != nullptr) {
-          bool inside = true;
-          for (std::size_t axis = 0; axis < 3; ++axis)
-            inside = inside && p[axis] >= as_box->min[axis] && p[axis] <= as_box->max[axis];
-          if (inside) return true;
-        } else {
-          const Sphere& sphere = std::get<Sphere>(region);
-          if (std::hypot(p[0] - sphere.centre[0], p[1] - sphere.centre[1], p[2] - sphere.centre[2]) <= sphere.radius)
-            return true;
-        }
+        if (is_in(region, p)) return true;
       }
   return false;
 }
@@ -241,7 +285,6 @@ void check_mesh(const Sample& sample, const Extraction& extraction) {
 void check_budget_order(const Sample& sample, const Request& request, const Extraction& extraction) {
   Request focus, bounds;
   focus.focus = request.focus;
-  focus.focus_error = request.focus_error;
   bounds.field_error = request.field_error;
   bounds.domain_error = request.domain_error;
   const auto opened = sample.open();
@@ -268,15 +311,22 @@ void check_budget_order(const Sample& sample, const Request& request, const Extr
   if (extraction.limited_by != LimitedBy::kBudget) CHECK(most_left == -1);
 }
 
+std::uint64_t bytes_of(const Extraction& extraction) {
+  std::uint64_t bytes = extraction.mesh.positions.bytes.size();
+  for (const PointArray& array : extraction.mesh.point_arrays)
+    bytes += array.bytes.size();
+  return bytes + 16 * extraction.mesh.tets.size() + 12 * extraction.boundary_faces.size();
+}
+
 void check_answer(const Sample& sample, const DatasetInfo& info, const Request& request, const Extraction& extraction) {
-  const bool has_budget = request.max_tets || request.max_vertices;
+  const bool has_budget = request.max_tets || request.max_vertices || request.max_bytes;
   const bool passes_budget = (request.max_tets && extraction.mesh.tets.size() > *request.max_tets) ||
+                             (request.max_bytes && bytes_of(extraction) > *request.max_bytes) ||
                              (request.max_vertices && extraction.mesh.vertex_count() > *request.max_vertices);
   if (passes_budget) {
     // The least there is: the focus, or without one the base mesh.
     Request least;
     least.focus = request.focus;
-    least.focus_error = request.focus_error;
     if (request.focus.empty())
       CHECK(extraction.mesh.tets.size() == info.base_tets);
     else
@@ -293,23 +343,23 @@ void check_answer(const Sample& sample, const DatasetInfo& info, const Request& 
           CHECK(extraction.field_error[i] <= bound.bound.absolute(info.fields[i].range));
     if (request.domain_error) CHECK(extraction.domain_error <= request.domain_error->absolute(info.diagonal));
   }
-  if (request.focus_error.value == 0 && !request.focus.empty()) {
+  for (const Focus& focus : request.focus) {
+    if (focus.error.value > 0) continue;
+    const Region& region = focus.region;
     const std::set<Tet> tets = in_original_ids(sample, extraction);
     bool all_there = true;
     for (const Tet& tet : sample.mesh.tets)
-      for (const FocusRegion& region : request.focus)
-        if (surely_meets(region, sample.mesh, tet)) all_there &= tets.count(test::sorted_keeping_orientation(tet)) != 0;
+      if (surely_meets(region, sample.mesh, tet)) all_there &= tets.count(test::sorted_keeping_orientation(tet)) != 0;
     CHECK(all_there);
     bool nothing_else = true;
     const std::set<Tet> originals = original_tets(sample);
     for (const Tet& tet : extraction.mesh.tets)
-      for (const FocusRegion& region : request.focus)
-        if (surely_meets(region, extraction.mesh, tet)) {
-          Tet original = tet;
-          for (VertexId& v : original)
-            v = sample.to_original[extraction.vertex_in_file[v.index()].index()];
-          nothing_else &= originals.count(test::sorted_keeping_orientation(original)) != 0;
-        }
+      if (surely_meets(region, extraction.mesh, tet)) {
+        Tet original = tet;
+        for (VertexId& v : original)
+          v = sample.to_original[extraction.vertex_in_file[v.index()].index()];
+        nothing_else &= originals.count(test::sorted_keeping_orientation(original)) != 0;
+      }
     CHECK(nothing_else);
   }
   if (request.origins) {
@@ -325,18 +375,22 @@ void check_answer(const Sample& sample, const DatasetInfo& info, const Request& 
     }
     CHECK(none_means_original);
     for (std::size_t i = 0; i < 2; ++i) {
-      double most = 0, most_in_focus = 0;
+      double most = 0;
+      std::vector<double> most_in_focus(request.focus.size(), 0);
       for (std::size_t t = 0; t < extraction.mesh.tets.size(); ++t) {
         if (extraction.made_by[t].is_none()) continue;
         const double error = sample.own[i][extraction.made_by[t].index()];
         most = std::max(most, error);
-        for (const FocusRegion& region : request.focus)
-          if (surely_meets(region, extraction.mesh, extraction.mesh.tets[t]))
-            most_in_focus = std::max(most_in_focus, error);
+        for (std::size_t k = 0; k < request.focus.size(); ++k)
+          if (surely_meets(request.focus[k].region, extraction.mesh, extraction.mesh.tets[t]))
+            most_in_focus[k] = std::max(most_in_focus[k], error);
       }
       CHECK(extraction.field_error[i] == most);
-      if (extraction.limited_by != LimitedBy::kBudget)
-        CHECK(most_in_focus <= request.focus_error.absolute(info.fields[i].range));
+      REQUIRE(extraction.in_focus.size() == request.focus.size());
+      for (std::size_t k = 0; k < request.focus.size(); ++k) {
+        CHECK(most_in_focus[k] <= extraction.in_focus[k].field_error[i]);
+        CHECK(extraction.in_focus[k].field_error[i] <= request.focus[k].error.absolute(info.fields[i].range));
+      }
     }
   } else {
     CHECK(extraction.made_by.empty());
@@ -464,9 +518,9 @@ TEST_CASE("a focus on a single point, where the domain has shrunk or grown too")
       const Point p = random.point();
       Request request;
       if (random.coin())
-        request.focus = {Sphere{p, 0}};
+        request.focus = {{Sphere{p, 0}}};
       else
-        request.focus = {Box{p, p}};
+        request.focus = {{Box{p, p}}};
       const Extraction extraction = dataset->extract(request);
       std::set<Tet> expected, found;
       for (const Tet& tet : sample.mesh.tets)

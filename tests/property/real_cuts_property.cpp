@@ -71,13 +71,13 @@ public:
     if (kind == 2) request.max_tets = random_() % info_.tets;
     if (kind == 3) request.max_vertices = random_() % info_.vertices;
     for (unsigned i = kind == 4 ? 1 + random_() % 2 : random_() % 2; i > 0; --i)
-      request.focus.push_back(region());
+      request.focus.push_back({region()});
     return request;
   }
 
 private:
   double uniform() { return static_cast<double>(random_() % 1000001) / 1e6; }
-  FocusRegion region() {
+  Region region() {
     Point centre{};
     for (std::size_t i = 0; i < 3; ++i)
       centre[i] = info_.box_min[i] + uniform() * (info_.box_max[i] - info_.box_min[i]);
@@ -94,7 +94,7 @@ private:
 };
 
 /// Whether one of the tet's corners or its centroid lies in the region.
-bool touches(const FocusRegion& region, const TetMesh& mesh, const Tet& tet) {
+bool touches(const Region& region, const TetMesh& mesh, const Tet& tet) {
   std::array<Point, 5> points{};
   for (std::size_t i = 0; i < 4; ++i) {
     points[i] = mesh.position(tet[i]);
@@ -145,16 +145,17 @@ void check(const Real& real, const Request& request, const Extraction& cut) {
     for (VertexId& v : renamed)
       v = original[v.index()];
     tets.push_back(test::sorted_keeping_orientation(renamed));
-    for (const FocusRegion& region : request.focus)
-      if (touches(region, cut.mesh, tet))
+    for (const Focus& focus : request.focus)
+      if (touches(focus.region, cut.mesh, tet))
         only_originals_in_focus &= std::binary_search(real.tets.begin(), real.tets.end(), tets.back());
   }
   CHECK(only_originals_in_focus);
   std::sort(tets.begin(), tets.end());
   bool all_originals_in_focus = true;
   for (const Tet& tet : real.tets)
-    for (const FocusRegion& region : request.focus)
-      if (touches(region, real.mesh, tet)) all_originals_in_focus &= std::binary_search(tets.begin(), tets.end(), tet);
+    for (const Focus& focus : request.focus)
+      if (touches(focus.region, real.mesh, tet))
+        all_originals_in_focus &= std::binary_search(tets.begin(), tets.end(), tet);
   CHECK(all_originals_in_focus);
 
   if (request.focus.empty()) {

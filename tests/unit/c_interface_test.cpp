@@ -153,7 +153,7 @@ TEST_CASE("C interface: the same request gives the same mesh as the C++ interfac
     Request cpp;
     Owned<ptet_request> c{ptet_request_new()};
   };
-  std::vector<Asked> all(8);
+  std::vector<Asked> all(13);
   const std::array<double, 3> low{10, 10, 10}, high{30, 25, 20};
   for (std::size_t i = 1; i < all.size(); ++i) {
     Request& cpp = all[i].cpp;
@@ -176,18 +176,60 @@ TEST_CASE("C interface: the same request gives the same mesh as the C++ interfac
       cpp.max_vertices = 70;
       REQUIRE(ptet_request_set_max_vertices(c, 70, nullptr) == PTET_OK);
     }
-    if (i >= 5) {
-      cpp.focus.emplace_back(Box{low, high});
+    if (i >= 5 && i <= 7) {
+      cpp.focus.push_back({Box{low, high}, {0, true}, {}});
       cpp.origins = true;
       REQUIRE(ptet_request_add_focus_box(c, low.data(), high.data(), nullptr) == PTET_OK);
       REQUIRE(ptet_request_set_origins(c, 1, nullptr) == PTET_OK);
     }
-    if (i >= 6) {
-      cpp.focus.emplace_back(Sphere{high, 9});
-      cpp.focus_error = {0.01, true};
+    if (i == 6 || i == 7) {
+      cpp.focus.push_back({Sphere{high, 9}, {0.01, true}, Bound{0.3, true}});
+      cpp.focus.front().error = {0.01, true};
+      cpp.focus.front().falloff = Bound{0.5, true};
       REQUIRE(ptet_request_add_focus_sphere(c, high.data(), 9, nullptr) == PTET_OK);
       REQUIRE(ptet_request_set_focus_error(c, 0.01, 1, nullptr) == PTET_OK);
+      REQUIRE(ptet_request_set_focus_falloff(c, 0.3, 1, nullptr) == PTET_OK);
+      REQUIRE(ptet_request_set_region_falloff(c, 0, 0.5, 1, nullptr) == PTET_OK);
     }
+  }
+  {
+    Request& cpp = all[8].cpp;
+    ptet_request* const c = all[8].c.get();
+    const double axes[9] = {6, 6, 0, -5, 5, 0, 0, 0, 9};
+    cpp.focus.push_back({OrientedBox{high, {{{6, 6, 0}, {-5, 5, 0}, {0, 0, 9}}}}, {0, true}, {}});
+    cpp.focus.push_back({HalfSpace{{1, 2, 0}, 20}, {0.02, true}, {}});
+    REQUIRE(ptet_request_add_focus_oriented_box(c, high.data(), axes, nullptr) == PTET_OK);
+    const double normal[3] = {1, 2, 0};
+    REQUIRE(ptet_request_add_focus_half_space(c, normal, 20, nullptr) == PTET_OK);
+    REQUIRE(ptet_request_set_region_error(c, 1, 0.02, 1, nullptr) == PTET_OK);
+  }
+  for (const std::size_t i : {9, 10}) {
+    all[i].cpp.values.push_back({"pressure", 1, i == 9 ? 1 : 2.5});
+    all[i].cpp.field_error.push_back({"", {0.05, true}});
+    REQUIRE(ptet_request_add_values(all[i].c.get(), "pressure", 1, i == 9 ? 1 : 2.5, nullptr) == PTET_OK);
+    REQUIRE(ptet_request_add_field_error(all[i].c.get(), "", 0.05, 1, nullptr) == PTET_OK);
+  }
+  {
+    View view;
+    view.eye = {-50, 20, 20};
+    view.direction = {1, 0, 0};
+    view.up = {0, 0, 1};
+    view.width = 200;
+    view.height = 100;
+    view.outside = 3;
+    all[11].cpp.view = view;
+    auto seen = sized<ptet_view>();
+    std::copy(view.eye.begin(), view.eye.end(), seen.eye);
+    std::copy(view.direction.begin(), view.direction.end(), seen.direction);
+    std::copy(view.up.begin(), view.up.end(), seen.up);
+    seen.vertical_angle = view.vertical_angle;
+    seen.width = view.width;
+    seen.height = view.height;
+    seen.max_pixels = view.max_pixels;
+    seen.outside = view.outside;
+    REQUIRE(ptet_request_set_view(all[11].c.get(), &seen, nullptr) == PTET_OK);
+    all[12].cpp.max_bytes = 8000;
+    REQUIRE(ptet_request_set_max_bytes(all[12].c.get(), 8000, nullptr) == PTET_OK);
   }
   const auto cpp = Dataset::open_memory(file_bytes());
   const auto c = open_c();

@@ -5,6 +5,7 @@
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
 
+#include <functional>
 #include <limits>
 
 #include <catch2/catch.hpp>
@@ -90,12 +91,60 @@ TEST_CASE("dataset: requests that make no sense are refused, by name") {
         }).find("'pressure'") != std::string::npos);
   CHECK(refusal([&](Request& r) { r.field_error = {{"", {nan, true}}}; }) != "");
   CHECK(refusal([&](Request& r) { r.domain_error = Bound{inf, false}; }) != "");
-  CHECK(refusal([](Request& r) { r.focus = {Box{{0, 0, 1}, {1, 1, 0}}}; }).find("its least z") != std::string::npos);
-  CHECK(refusal([&](Request& r) { r.focus = {Box{{0, nan, 0}, {1, 1, 1}}}; }) != "");
-  CHECK(refusal([](Request& r) { r.focus = {Sphere{{0, 0, 0}, -1}}; }).find("radius") != std::string::npos);
-  CHECK(refusal([&](Request& r) { r.focus = {Sphere{{inf, 0, 0}, 1}}; }) != "");
-  CHECK(refusal([](Request& r) { r.focus_error = {-0.1, true}; }) != "");
+  CHECK(refusal([](Request& r) { r.focus = {{Box{{0, 0, 1}, {1, 1, 0}}}}; }).find("its least z") != std::string::npos);
+  CHECK(refusal([&](Request& r) { r.focus = {{Box{{0, nan, 0}, {1, 1, 1}}}}; }) != "");
+  CHECK(refusal([](Request& r) { r.focus = {{Sphere{{0, 0, 0}, -1}}}; }).find("radius") != std::string::npos);
+  CHECK(refusal([&](Request& r) { r.focus = {{Sphere{{inf, 0, 0}, 1}}}; }) != "");
+  CHECK(refusal([](Request& r) { r.focus = {{Sphere{{0, 0, 0}, 1}, {-0.1, true}}}; }) != "");
   CHECK(refusal([](Request&) {}) == "");
+
+  const auto of_focus = [&](const Region& region, Bound error = {0, true}, std::optional<Bound> falloff = {}) {
+    return refusal([&](Request& r) { r.focus = {{region, error, falloff}}; });
+  };
+  const Sphere ball{{0, 0, 0}, 1};
+  CHECK(of_focus(ball, {0, true}, Bound{-1, true}).find("falloff") != std::string::npos);
+  CHECK(of_focus(ball, {0, true}, Bound{inf, true}).find("falloff") != std::string::npos);
+  CHECK(of_focus(ball, {0.1, false}, Bound{0.5, false}) == "");
+  CHECK(of_focus(HalfSpace{{0, 0, 0}, 1}).find("normal") != std::string::npos);
+  CHECK(of_focus(HalfSpace{{0, nan, 0}, 1}).find("normal") != std::string::npos);
+  CHECK(of_focus(HalfSpace{{0, 1, 0}, inf}).find("offset") != std::string::npos);
+  CHECK(of_focus(HalfSpace{{0, 1e200, 0}, 1}) == "");
+  CHECK(of_focus(OrientedBox{{0, 0, 0}, {{{1, 0, 0}, {0.1, 1, 0}, {0, 0, 1}}}}).find("perpendicular") !=
+        std::string::npos);
+  CHECK(of_focus(OrientedBox{{0, 0, inf}, {}}).find("centre") != std::string::npos);
+  CHECK(of_focus(OrientedBox{{0, 0, 0}, {{{1, 0, 0}, {0, nan, 0}, {0, 0, 1}}}}).find("half axis") != std::string::npos);
+  CHECK(of_focus(OrientedBox{{0, 0, 0}, {{{1, 0, 0}, {0, 0, 0}, {0, 0, 1}}}}) == ""); // flat
+
+  const auto of_values = [&](const ValuesOfInterest& values) {
+    return refusal([&](Request& r) { r.values = {values}; });
+  };
+  CHECK(of_values({"density", 0, 1}) == "there is no field 'density' in this file");
+  CHECK(of_values({"marker", 0, 1}).find("did not govern") != std::string::npos);
+  CHECK(of_values({"pressure", 1, 0}).find("empty") != std::string::npos);
+  CHECK(of_values({"pressure", inf, inf}).find("empty") != std::string::npos);
+  CHECK(of_values({"pressure", nan, 0}).find("not a number") != std::string::npos);
+  CHECK(of_values({"pressure", -inf, inf}) == "");
+
+  const auto of_view = [&](const std::function<void(View&)>& spoil) {
+    return refusal([&](Request& r) {
+      r.view = View{};
+      spoil(*r.view);
+    });
+  };
+  CHECK(of_view([](View&) {}) == "");
+  CHECK(of_view([&](View& v) { v.eye[1] = nan; }).find("eye") != std::string::npos);
+  CHECK(of_view([](View& v) { v.direction = {}; }).find("direction") != std::string::npos);
+  CHECK(of_view([](View& v) { v.up = {}; }).find("up") != std::string::npos);
+  CHECK(of_view([](View& v) { v.up = {0, 0, 5}; }).find("parallel") != std::string::npos);
+  CHECK(of_view([](View& v) { v.vertical_angle = 0; }).find("angle") != std::string::npos);
+  CHECK(of_view([](View& v) { v.vertical_angle = 3.2; }).find("angle") != std::string::npos);
+  CHECK(of_view([](View& v) { v.height = 0; }).find("no pixels") != std::string::npos);
+  CHECK(of_view([](View& v) { v.max_pixels = -1; }).find("pixels") != std::string::npos);
+  CHECK(of_view([](View& v) { v.outside = 0.5; }).find("factor") != std::string::npos);
+  CHECK(of_view([&](View& v) { v.outside = nan; }).find("factor") != std::string::npos);
+
+  CHECK(refusal([](Request& r) { r.max_milliseconds = -1; }).find("milliseconds") != std::string::npos);
+  CHECK(refusal([&](Request& r) { r.max_milliseconds = nan; }).find("milliseconds") != std::string::npos);
 }
 
 TEST_CASE("dataset: what limits an answer") {
@@ -111,16 +160,26 @@ TEST_CASE("dataset: what limits an answer") {
   request.field_error.clear();
   CHECK(answer(request) == LimitedBy::kNothing);
   request = {};
-  request.focus = {Box{{0, 0, 0}, {1, 1, 1}}};
+  request.focus = {{Box{{0, 0, 0}, {1, 1, 1}}}};
   CHECK(answer(request) == LimitedBy::kFocus);
-  request.focus = {Box{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}};
+  request.focus = {{Box{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}}};
   CHECK(answer(request) == LimitedBy::kNothing);
+  request = {};
+  request.max_milliseconds = 0;
+  CHECK(answer(request) == LimitedBy::kTime);
+  request = {};
+  request.max_bytes = 5000;
+  CHECK(answer(request) == LimitedBy::kBudget);
+  request = {};
+  request.values = {{"pressure", 1000, 1000}}; // nowhere
+  CHECK(answer(request) == LimitedBy::kError);
   CHECK(std::string(name_of(LimitedBy::kBudget)) == "budget");
+  CHECK(std::string(name_of(LimitedBy::kTime)) == "time");
 }
 
 TEST_CASE("dataset: a focus away from the mesh, and budgets below the base, give the base mesh") {
   Request away;
-  away.focus = {Sphere{{1e6, 0, 0}, 1}};
+  away.focus = {{Sphere{{1e6, 0, 0}, 1}}};
   const Extraction base = dataset()->extract(away);
   CHECK(base.mesh.tets.size() == dataset()->info().base_tets);
   CHECK(base.field_error == dataset()->info().max_field_error);

@@ -1,5 +1,6 @@
 #include "lod/region.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -11,7 +12,7 @@ namespace {
 
 const std::array<Point, 4> kCorner = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
-bool meets_tet(const FocusRegion& region, const std::array<Point, 4>& tet = kCorner) {
+bool meets_tet(const Region& region, const std::array<Point, 4>& tet = kCorner) {
   return meets(region, tet);
 }
 
@@ -52,12 +53,12 @@ TEST_CASE("region: a ball at a corner, an edge, a face, inside and around") {
 
 TEST_CASE("region: triangles") {
   const std::array<Point, 3> triangle = {{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}};
-  CHECK(meets(FocusRegion{Box{{1, 1, -1}, {1.5, 1.5, 1}}}, triangle));
-  CHECK(meets(FocusRegion{Box{{1, 1, 0}, {1.5, 1.5, 1}}}, triangle));
-  CHECK_FALSE(meets(FocusRegion{Box{{1, 1, 0.001}, {1.5, 1.5, 1}}}, triangle));
-  CHECK_FALSE(meets(FocusRegion{Box{{2.1, 2.1, -1}, {9, 9, 1}}}, triangle));
-  CHECK(meets(FocusRegion{Sphere{{1, 1, 2}, 2}}, triangle));
-  CHECK_FALSE(meets(FocusRegion{Sphere{{3, 3, 0}, 1.41}}, triangle));
+  CHECK(meets(Region{Box{{1, 1, -1}, {1.5, 1.5, 1}}}, triangle));
+  CHECK(meets(Region{Box{{1, 1, 0}, {1.5, 1.5, 1}}}, triangle));
+  CHECK_FALSE(meets(Region{Box{{1, 1, 0.001}, {1.5, 1.5, 1}}}, triangle));
+  CHECK_FALSE(meets(Region{Box{{2.1, 2.1, -1}, {9, 9, 1}}}, triangle));
+  CHECK(meets(Region{Sphere{{1, 1, 2}, 2}}, triangle));
+  CHECK_FALSE(meets(Region{Sphere{{3, 3, 0}, 1.41}}, triangle));
 }
 
 TEST_CASE("region: flat tets are no exception") {
@@ -105,8 +106,171 @@ TEST_CASE("region: a point of the tet that is in the region is never overlooked,
 }
 
 TEST_CASE("region: boxes of stars and blocks") {
-  CHECK(meets(FocusRegion{Box{{0, 0, 0}, {1, 1, 1}}}, {1, 1, 1}, {2, 2, 2}));
-  CHECK_FALSE(meets(FocusRegion{Box{{0, 0, 0}, {1, 1, 1}}}, {1, 1.01, 1}, {2, 2, 2}));
-  CHECK(meets(FocusRegion{Sphere{{0, 0, 0}, 5}}, {3, 4, -1}, {9, 9, 1}));
-  CHECK_FALSE(meets(FocusRegion{Sphere{{0, 0, 0}, 4.99}}, {3, 4, -1}, {9, 9, 1}));
+  CHECK(meets(Region{Box{{0, 0, 0}, {1, 1, 1}}}, {1, 1, 1}, {2, 2, 2}));
+  CHECK_FALSE(meets(Region{Box{{0, 0, 0}, {1, 1, 1}}}, {1, 1.01, 1}, {2, 2, 2}));
+  CHECK(meets(Region{Sphere{{0, 0, 0}, 5}}, {3, 4, -1}, {9, 9, 1}));
+  CHECK_FALSE(meets(Region{Sphere{{0, 0, 0}, 4.99}}, {3, 4, -1}, {9, 9, 1}));
+}
+
+TEST_CASE("region: half-spaces and boxes in any position") {
+  CHECK(meets_tet(HalfSpace{{1, 0, 0}, 0}));
+  CHECK_FALSE(meets_tet(HalfSpace{{1, 0, 0}, -0.001}));
+  CHECK(meets_tet(HalfSpace{{-2, -2, -2}, -2})); // touches the slanted face
+  CHECK_FALSE(meets_tet(HalfSpace{{-2, -2, -2}, -2.001}));
+  const double s = std::sqrt(0.5);
+  // A square prism around the z axis, turned by 45 degrees: it reaches to 1 along x and along y.
+  const OrientedBox prism{{0, 0, 0}, {{{0.5, 0.5, 0}, {-0.5, 0.5, 0}, {0, 0, 1}}}};
+  CHECK(meets_tet(prism));
+  const auto away = [](double x, double y, double z) {
+    return std::array<Point, 4>{{{x, y, z}, {x + 1, y, z}, {x, y + 1, z}, {x, y, z + 1}}};
+  };
+  CHECK(meets_tet(prism, away(1, 0, 0)));
+  CHECK_FALSE(meets_tet(prism, away(1.001, 0, 0)));
+  CHECK(meets_tet(prism, away(0.5, 0.5, 0)));
+  CHECK_FALSE(meets_tet(prism, away(0.5, 0.501, 0)));
+  CHECK(meets_tet(prism, away(0, 0, 1)));
+  CHECK_FALSE(meets_tet(prism, away(0, 0, 1.001)));
+  CHECK(distance(prism, away(1, 1, 0)) == Approx(s).epsilon(1e-12));
+  CHECK(distance(prism, away(1.5, 0, 2)) == Approx(std::sqrt(1.25)).epsilon(1e-12));
+  CHECK(distance(Region{HalfSpace{{0, 3, 0}, -6}}, kCorner) == Approx(2).epsilon(1e-12));
+}
+
+namespace {
+
+double product(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+/// By the formula for a point and each shape.
+double distance_of(const Region& region, const Point& p) {
+  if (const HalfSpace* const half = std::get_if<HalfSpace>(&region))
+    return std::max(0.0, product(half->normal, p) - half->offset) / std::sqrt(product(half->normal, half->normal));
+  if (const Sphere* const sphere = std::get_if<Sphere>(&region)) {
+    const Point& c = sphere->centre;
+    return std::max(0.0, std::hypot(p[0] - c[0], p[1] - c[1], p[2] - c[2]) - sphere->radius);
+  }
+  OrientedBox box;
+  if (const Box* const straight = std::get_if<Box>(&region)) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      box.centre[i] = (straight->min[i] + straight->max[i]) / 2;
+      box.half_axes[i][i] = (straight->max[i] - straight->min[i]) / 2;
+    }
+  } else {
+    box = std::get<OrientedBox>(region);
+  }
+  double squared = 0;
+  for (const Point& half : box.half_axes) {
+    const double length = std::sqrt(product(half, half));
+    const Point to{p[0] - box.centre[0], p[1] - box.centre[1], p[2] - box.centre[2]};
+    const double beyond = std::max(0.0, std::fabs(product(to, half)) / length - length);
+    squared += beyond * beyond;
+  }
+  return std::sqrt(squared);
+}
+
+struct RandomShapes {
+  std::mt19937 random{11};
+  double number(double low, double high) {
+    return low + (high - low) * (static_cast<double>(random() % 65537) / 65536);
+  }
+  Point point(double reach) { return {number(-reach, reach), number(-reach, reach), number(-reach, reach)}; }
+  Region region() {
+    const Point at = point(1);
+    switch (random() % 4) {
+    case 0: return Sphere{at, number(0, 0.7)};
+    case 1: {
+      const Point normal = point(1);
+      return HalfSpace{normal, product(normal, at)};
+    }
+    case 2: return Box{at, {at[0] + number(0.1, 1), at[1] + number(0.1, 1), at[2] + number(0.1, 1)}};
+    default: break;
+    }
+    const double turn = number(0, 7), tilt = number(0, 7), s = std::sin(turn), c = std::cos(turn), t = std::sin(tilt),
+                 u = std::cos(tilt);
+    OrientedBox box{at, {{{c, s, 0}, {-s * u, c * u, t}, {s * t, -c * t, u}}}};
+    for (Point& half : box.half_axes) {
+      const double length = number(0.05, 0.7);
+      for (double& x : half)
+        x *= length;
+    }
+    return box;
+  }
+};
+
+} // namespace
+
+TEST_CASE("region: distances against the least over points of the tet, found by descent") {
+  RandomShapes shapes;
+  std::size_t apart = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Region region = shapes.region();
+    std::array<Point, 4> tet = {shapes.point(1), shapes.point(1), shapes.point(1), shapes.point(1)};
+    for (Point& p : tet)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        p[axis] += axis == 0 ? 1.0 : 0.2;
+    const std::size_t count = i % 4 == 0 ? 3 : 4;
+    // The distance is convex in the weights: halving steps from corner to corner ends near its least value.
+    std::array<double, 4> weight{};
+    for (std::size_t c = 0; c < count; ++c)
+      weight[c] = 1.0 / static_cast<double>(count);
+    const auto value = [&] {
+      Point p{};
+      for (std::size_t c = 0; c < count; ++c)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          p[axis] += weight[c] * tet[c][axis];
+      return distance_of(region, p);
+    };
+    double least = value();
+    for (double step = 0.5; step > 1e-7;) {
+      bool is_better = false;
+      for (std::size_t from = 0; from < count; ++from)
+        for (std::size_t to = 0; to < count; ++to) {
+          const double moved = std::min(step, weight[from]);
+          weight[from] -= moved;
+          weight[to] += moved;
+          const double now = value();
+          if (now < least) {
+            least = now;
+            is_better = true;
+          } else {
+            weight[to] -= moved;
+            weight[from] += moved;
+          }
+        }
+      if (!is_better) step /= 2;
+    }
+    const std::span<const Point> corners(tet.data(), count);
+    const double found = distance(region, corners);
+    CHECK(found <= least + 1e-12);
+    CHECK((found == 0) == meets(region, corners));
+    if (least > 1e-3) CHECK(found >= least * 0.9);
+    if (least > 1e-3) CHECK(found > 0);
+    apart += found > 0 ? 1 : 0;
+
+    // The box around it is no further, and is in the region only when all of it is.
+    Point min = tet[0], max = tet[0];
+    for (const Point& p : corners)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        min[axis] = std::min(min[axis], p[axis]);
+        max[axis] = std::max(max[axis], p[axis]);
+      }
+    CHECK(distance(region, min, max) <= found + 1e-12);
+    CHECK((distance(region, min, max) == 0) == meets(region, min, max));
+    const Point middle{(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, (min[2] + max[2]) / 2};
+    for (double share : {1.0, 0.3, 0.05}) {
+      Point low{}, high{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = middle[axis] + share * (min[axis] - middle[axis]);
+        high[axis] = middle[axis] + share * (max[axis] - middle[axis]);
+      }
+      bool all_inside = true;
+      double deepest = 0;
+      for (const Point& p : box_corners(low, high)) {
+        all_inside = all_inside && distance_of(region, p) == 0;
+        deepest = std::max(deepest, distance_of(region, p));
+      }
+      if (contains(region, low, high)) CHECK(deepest <= 1e-12);
+      if (all_inside && share < 1 && std::holds_alternative<Box>(region)) CHECK(contains(region, low, high));
+    }
+  }
+  CHECK(apart > 1000);
 }

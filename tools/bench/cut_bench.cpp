@@ -38,7 +38,7 @@ Request at_focus(const Dataset& data, double fraction) {
     box.min[i] = middle - half;
     box.max[i] = middle + half;
   }
-  request.focus.emplace_back(box);
+  request.focus.push_back({box, {0, true}, {}});
   return request;
 }
 

@@ -3,7 +3,10 @@
 //   bound    X | X%                        absolute | percent of the field's range, or of the bounding-box diagonal
 //   bounds   bound | NAME=bound, ...       for every governing field | for one; an entry may follow after a comma
 //   count    N | N%                        so many | percent of the original's
-//   region   box:x0,y0,z0,x1,y1,z1 | sphere:x,y,z,r
+//   size     N | NkB | NMB | NGB           bytes, in thousands
+//   region   box:x0,y0,z0,x1,y1,z1 | sphere:x,y,z,r | half:nx,ny,nz,d | obox:x,y,z,ax,ay,az,bx,by,bz,h
+//   values   FIELD=V | FIELD=MIN..MAX      either end may be left out
+//   view     eye=x,y,z:at=x,y,z[:up=x,y,z][:angle=DEGREES][:size=WxH]
 //
 // All functions throw Error(kBadArgument) with a message that begins with the option's name.
 #pragma once
@@ -38,7 +41,19 @@ struct Count {
                                                          const std::vector<std::string>& texts);
 /// At most 100%.
 [[nodiscard]] Count parse_count(std::string_view option, std::string_view text);
-[[nodiscard]] FocusRegion parse_focus(std::string_view option, std::string_view text);
+[[nodiscard]] std::uint64_t parse_bytes(std::string_view option, std::string_view text);
+[[nodiscard]] Region parse_region(std::string_view option, std::string_view text);
+/// FIELD=V
+[[nodiscard]] ValuesOfInterest parse_isovalue(std::string_view option, std::string_view text);
+/// FIELD=MIN..MAX
+[[nodiscard]] ValuesOfInterest parse_values(std::string_view option, std::string_view text);
+/// 30 degrees from side to side of the height and 1920 x 1080 pixels when it does not say; z is up, or y when it looks
+/// along z.
+[[nodiscard]] View parse_view(std::string_view option, std::string_view text);
+
+/// Refuses a field that is not one of `governing`; `all` and `governing` as below.
+void check_field(std::string_view option, const std::string& field, const std::vector<std::string>& all,
+                 const std::vector<std::string>& governing);
 
 /// One bound per governing field that is bounded: a bound by name goes before the one for every field.
 /// `all` are the names a file or mesh has, `governing` those among them that bounds can be on.

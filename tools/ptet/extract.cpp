@@ -3,6 +3,7 @@
 #include "blocks.hpp"
 #include "commands.hpp"
 #include "console.hpp"
+#include "extract_report.hpp"
 #include "files.hpp"
 #include "formats/ptet/reader.hpp"
 #include "formats/surface/write.hpp"
@@ -25,8 +26,16 @@ struct Arguments {
   std::optional<std::string> domain_error;
   std::optional<std::string> tets;
   std::optional<std::string> vertices;
+  std::optional<std::string> bytes;
+  std::optional<std::string> milliseconds;
   std::vector<std::string> focus;
-  std::optional<std::string> focus_error;
+  std::vector<std::string> focus_error;
+  std::vector<std::string> focus_falloff;
+  std::vector<std::string> isovalue;
+  std::vector<std::string> values;
+  std::optional<std::string> view;
+  std::optional<std::string> pixels;
+  std::optional<std::string> outside;
   bool errors = false;
   bool json = false;
 };
@@ -36,8 +45,7 @@ struct Wishes {
   std::vector<FieldBound> field_error;
   std::optional<Bound> domain_error;
   std::optional<Count> tets, vertices;
-  std::vector<FocusRegion> focus;
-  Bound focus_error{0, true};
+  Request request; ///< what needs no more of the file than to be checked against it
 };
 
 enum class OutputKind { kNone, kVolume, kSurface };
@@ -53,50 +61,77 @@ OutputKind kind_of(const std::optional<std::string>& path) {
                                            ".stl or .off (its boundary surface)");
 }
 
+/// The regions, each with its error and falloff: one of them is for all, else there is one for each region.
+std::vector<Focus> focus_of(const Arguments& arguments) {
+  std::vector<Focus> focus;
+  for (const std::string& text : arguments.focus)
+    focus.push_back({parse_region("--focus", text), {0, true}, std::nullopt});
+  const auto for_each_focus = [&](const char* option, const std::vector<std::string>& texts, auto&& set) {
+    if (texts.empty()) return;
+    if (focus.empty()) throw Error(ErrorCode::kBadArgument, std::string(option) + ": there is no --focus it is for");
+    if (texts.size() != 1 && texts.size() != focus.size()) {
+      throw Error(ErrorCode::kBadArgument, std::string(option) +
+                                               ": give it once for every --focus, or once for each (" +
+                                               std::to_string(focus.size()) + "), in their order");
+    }
+    for (std::size_t i = 0; i < focus.size(); ++i)
+      set(focus[i], parse_bound(option, texts[texts.size() == 1 ? 0 : i]));
+  };
+  for_each_focus("--focus-error", arguments.focus_error, [](Focus& f, const Bound& bound) { f.error = bound; });
+  for_each_focus("--focus-falloff", arguments.focus_falloff, [](Focus& f, const Bound& bound) { f.falloff = bound; });
+  return focus;
+}
+
+std::optional<View> view_of(const Arguments& arguments) {
+  if (!arguments.view) {
+    for (const auto& [option, text] : {std::pair{"--pixels", arguments.pixels}, {"--outside", arguments.outside}})
+      if (text) throw Error(ErrorCode::kBadArgument, std::string(option) + ": there is no --view it is for");
+    return std::nullopt;
+  }
+  View view = parse_view("--view", *arguments.view);
+  if (arguments.pixels) view.max_pixels = parse_number("--pixels", *arguments.pixels);
+  if (arguments.outside) {
+    view.outside = parse_number("--outside", *arguments.outside);
+    if (view.outside < 1)
+      throw Error(ErrorCode::kBadArgument, "--outside '" + *arguments.outside + "': a factor of at least 1 is wanted");
+  }
+  return view;
+}
+
 Wishes parse(const Arguments& arguments) {
   Wishes wishes;
   wishes.field_error = parse_field_bounds("--field-error", arguments.field_error);
   if (arguments.domain_error) wishes.domain_error = parse_bound("--domain-error", *arguments.domain_error);
   if (arguments.tets) wishes.tets = parse_count("--tets", *arguments.tets);
   if (arguments.vertices) wishes.vertices = parse_count("--vertices", *arguments.vertices);
-  for (const std::string& text : arguments.focus)
-    wishes.focus.push_back(parse_focus("--focus", text));
-  if (arguments.focus_error) {
-    if (wishes.focus.empty()) throw Error(ErrorCode::kBadArgument, "--focus-error: there is no --focus to hold it in");
-    wishes.focus_error = parse_bound("--focus-error", *arguments.focus_error);
-  }
+  Request& request = wishes.request;
+  if (arguments.bytes) request.max_bytes = parse_bytes("--bytes", *arguments.bytes);
+  if (arguments.milliseconds) request.max_milliseconds = parse_number("--milliseconds", *arguments.milliseconds);
+  request.focus = focus_of(arguments);
+  for (const std::string& text : arguments.isovalue)
+    request.values.push_back(parse_isovalue("--isovalue", text));
+  for (const std::string& text : arguments.values)
+    request.values.push_back(parse_values("--values", text));
+  request.view = view_of(arguments);
   if (arguments.errors && kind_of(arguments.output) != OutputKind::kVolume) {
     throw Error(ErrorCode::kBadArgument, "--errors: cell arrays need -o with a .vtu or .vtk file");
   }
   return wishes;
 }
 
-std::vector<const FieldInfo*> governing_fields(const DatasetInfo& info) {
-  std::vector<const FieldInfo*> fields;
-  for (const FieldInfo& field : info.fields) {
-    if (field.governing) fields.push_back(&field);
-  }
-  return fields;
-}
-
-const FieldInfo& field_named(const DatasetInfo& info, const std::string& name) {
-  return *std::find_if(info.fields.begin(), info.fields.end(),
-                       [&](const FieldInfo& field) { return field.name == name; });
-}
-
 Request request_for(const Wishes& wishes, const DatasetInfo& info, bool with_errors) {
   std::vector<std::string> all, governing;
-  for (const FieldInfo& field : info.fields)
+  for (const FieldInfo& field : info.fields) {
     all.push_back(field.name);
-  for (const FieldInfo* field : governing_fields(info))
-    governing.push_back(field->name);
-  Request request;
+    if (field.governing) governing.push_back(field.name);
+  }
+  Request request = wishes.request;
   request.field_error = resolve_field_bounds("--field-error", wishes.field_error, all, governing);
   request.domain_error = wishes.domain_error;
   if (wishes.tets) request.max_tets = wishes.tets->of(info.tets);
   if (wishes.vertices) request.max_vertices = wishes.vertices->of(info.vertices);
-  request.focus = wishes.focus;
-  request.focus_error = wishes.focus_error;
+  for (const ValuesOfInterest& values : request.values)
+    check_field("--isovalue, --values", values.field, all, governing);
   request.origins = with_errors;
   return request;
 }
@@ -130,148 +165,10 @@ std::vector<CellArray> error_arrays(const std::string& path, const Extraction& e
   return arrays;
 }
 
-std::string to_text(const FocusRegion& region) {
-  if (const Box* const box = std::get_if<Box>(&region)) {
-    return "box " + cli::to_text(box->min) + " to " + cli::to_text(box->max);
-  }
-  const Sphere& sphere = std::get<Sphere>(region);
-  return "sphere around " + cli::to_text(sphere.centre) + ", radius " + brief(sphere.radius, 6);
-}
-
-Json to_json(const FocusRegion& region) {
-  if (const Box* const box = std::get_if<Box>(&region)) return {{"box", {{"min", box->min}, {"max", box->max}}}};
-  const Sphere& sphere = std::get<Sphere>(region);
-  return {{"sphere", {{"centre", sphere.centre}, {"radius", sphere.radius}}}};
-}
-
-/// Everything there is to say after an extraction.
-struct Outcome {
-  std::string input;
-  std::optional<std::string> output;
-  DatasetInfo info;
-  Request request;
-  Extraction extraction;
-  double seconds = 0; ///< opening and extraction
-  double write_seconds = 0;
-};
-
-void print_json(const Outcome& outcome) {
-  const auto& [input, output, info, request, extraction, seconds, write_seconds] = outcome;
-  Json asked = Json::object();
-  for (const FieldBound& bound : request.field_error) {
-    asked["field_error"][bound.field] = bound.bound.absolute(field_named(info, bound.field).range);
-  }
-  if (request.domain_error) asked["domain_error"] = request.domain_error->absolute(info.diagonal);
-  if (request.max_tets) asked["tets"] = *request.max_tets;
-  if (request.max_vertices) asked["vertices"] = *request.max_vertices;
-  if (!request.focus.empty()) {
-    for (const FocusRegion& region : request.focus)
-      asked["focus"].push_back(to_json(region));
-    asked["focus_error"] = Json::object();
-    for (const FieldInfo* field : governing_fields(info)) {
-      asked["focus_error"][field->name] = request.focus_error.absolute(field->range);
-    }
-  }
-  Json achieved = {{"field_error", Json::object()}, {"domain_error", extraction.domain_error}};
-  const auto fields = governing_fields(info);
-  for (std::size_t i = 0; i < fields.size(); ++i)
-    achieved["field_error"][fields[i]->name] = extraction.field_error[i];
-  achieved["rms_error"] = extraction.rms_error.empty() ? Json(nullptr) : Json::object();
-  for (std::size_t i = 0; i < extraction.rms_error.size(); ++i)
-    achieved["rms_error"][fields[i]->name] = extraction.rms_error[i];
-
-  Json json;
-  json["asked"] = asked;
-  json["achieved"] = achieved;
-  json["vertices"] = extraction.mesh.vertex_count();
-  json["tets"] = extraction.mesh.tets.size();
-  json["bytes_read"] = extraction.bytes_read;
-  json["seconds"] = seconds;
-  json["limited_by"] = name_of(extraction.limited_by);
-  json["output"] = output ? Json(*output) : Json(nullptr);
-  if (output) json["write_seconds"] = write_seconds;
-  print(json);
-}
-
-/// "0.0123 (1% of its range)"
-std::string error_text(double error, double scale, const char* of) {
-  const std::string share = percent(error, scale);
-  return brief(error) + (share.empty() ? "" : " (" + share + " of " + of + ")");
-}
-
-constexpr const char* kOfRange = "its range";
-constexpr const char* kOfDiagonal = "the diagonal";
-
-void print_asked(const Request& request, const DatasetInfo& info) {
-  const auto line = [](const std::string& text) { std::cout << "  asked     " << text << '\n'; };
-  for (const FieldBound& bound : request.field_error) {
-    const double range = field_named(info, bound.field).range;
-    line(bound.field + " within " + error_text(bound.bound.absolute(range), range, kOfRange));
-  }
-  if (request.domain_error) {
-    line("domain within " + error_text(request.domain_error->absolute(info.diagonal), info.diagonal, kOfDiagonal));
-  }
-  if (request.max_tets) line("at most " + counted(*request.max_tets, "tet"));
-  if (request.max_vertices) line("at most " + counted(*request.max_vertices, "vertex"));
-  for (const FocusRegion& region : request.focus) {
-    const Bound& bound = request.focus_error;
-    const std::string size = brief(bound.relative ? 100 * bound.value : bound.value) + (bound.relative ? "%" : "");
-    line((bound.value == 0 ? "the original" : "error within " + size) + " in the focus, " + to_text(region));
-  }
-  if (request.field_error.empty() && !request.domain_error && !request.max_tets && !request.max_vertices &&
-      request.focus.empty()) {
-    line("the original");
-  }
-}
-
-const char* explain(const Request& request, const Extraction& extraction) {
-  switch (extraction.limited_by) {
-  case LimitedBy::kNothing: return "nothing: this is the original mesh";
-  case LimitedBy::kError: return "error: what was asked is reached";
-  case LimitedBy::kFocus: return "focus: nothing is asked outside it";
-  case LimitedBy::kBudget:
-    if (extraction.mesh.tets.size() <= request.max_tets.value_or(extraction.mesh.tets.size()) &&
-        extraction.mesh.vertex_count() <= request.max_vertices.value_or(extraction.mesh.vertex_count()))
-      return "budget: the next split does not fit";
-    return request.focus.empty() ? "budget: it is less than the base mesh, and that is the least there is"
-                                 : "budget: the focus alone takes more, and is restored all the same";
-  case LimitedBy::kTime: return "time: what was asked takes longer";
-  }
-  return "";
-}
-
-void print_text(const Outcome& outcome) {
-  const auto& [input, output, info, request, extraction, seconds, write_seconds] = outcome;
-  const auto share = [](std::uint64_t part, std::uint64_t whole) {
-    return percent(static_cast<double>(part), static_cast<double>(whole));
-  };
-  std::ostream& out = std::cout;
-  out << input << '\n';
-  print_asked(request, info);
-  const auto fields = governing_fields(info);
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    out << "  achieved  " << fields[i]->name << " within "
-        << error_text(extraction.field_error[i], fields[i]->range, kOfRange);
-    if (!extraction.rms_error.empty()) {
-      const std::string share_of_range = percent(extraction.rms_error[i], fields[i]->range);
-      out << ", RMS " << brief(extraction.rms_error[i]) << (share_of_range.empty() ? "" : " (" + share_of_range + ")");
-    }
-    out << '\n';
-  }
-  out << "  achieved  domain within " << error_text(extraction.domain_error, info.diagonal, kOfDiagonal) << '\n';
-  out << "  mesh      " << counted(extraction.mesh.vertex_count(), "vertex") << " ("
-      << share(extraction.mesh.vertex_count(), info.vertices) << " of the original), "
-      << counted(extraction.mesh.tets.size(), "tet") << " (" << share(extraction.mesh.tets.size(), info.tets) << ")\n";
-  out << "  limited   by " << explain(request, extraction) << '\n';
-  out << "  time      " << brief(seconds, 3) << " s, " << counted(extraction.bytes_read, "byte") << " read of "
-      << grouped(info.file_bytes) << '\n';
-  if (output) out << "  written   " << *output << " in " << brief(write_seconds, 3) << " s\n";
-}
-
 void run(const Arguments& arguments) {
   const Wishes wishes = parse(arguments);
   const OutputKind kind = kind_of(arguments.output);
-  Outcome outcome;
+  ExtractOutcome outcome;
   outcome.input = arguments.input;
   outcome.output = arguments.output;
   const std::string target = arguments.output ? checked_output(*arguments.output, arguments.input) : std::string{};
@@ -308,16 +205,32 @@ constexpr const char* kExamples = R"(Examples:
   ptet extract fire.ptet --field-error u=2%,v=0.01 --domain-error 0.5% --errors -o mixed.vtu
   ptet extract fire.ptet --vertices 5% --focus box:0,0,0,100,100,50 -o detail.vtu
   ptet extract fire.ptet --focus sphere:10,20,5,8 --focus-error 0.5% -o near.vtu
+  ptet extract fire.ptet --focus half:0,0,1,12.5 --focus-error 1% --focus-falloff 20% -o graded.vtu
+  ptet extract fire.ptet --isovalue u=0.25 --field-error 1% -o isosurface.vtu
+  ptet extract fire.ptet --values u=0.2..0.6 --field-error 2% --bytes 20MB -o visible.vtu
+  ptet extract fire.ptet --view eye=9,-40,20:at=0,0,5:size=1280x720 --pixels 2 --outside 10 -o seen.vtu
   ptet extract fire.ptet --tets 20000 -o skin.stl
   ptet extract fire.ptet --field-error 0.1% --json
 
-With no bound, budget or focus the mesh is the original. X% of a field error is of the field's range, X% of a domain
+With nothing asked the mesh is the original. X% of a field error is of the field's range, X% of a domain
 error of the bounding-box diagonal; a plain X is in the units of the field or of the mesh. Bounds and budgets may be
 combined: refining stops at the first that is reached, and the report says which.
 
+Regions: box:x0,y0,z0,x1,y1,z1 - sphere:x,y,z,r - half:nx,ny,nz,d, the points with n.x <= d - and
+obox:x,y,z,ax,ay,az,bx,by,bz,h, a box in any position: its centre, two perpendicular half axes a and b, and half its
+thickness across them. Of several --focus-error or --focus-falloff each is for the --focus at the same place.
+--focus-falloff X: outside, the error allowed grows by X for every diagonal of distance.
+
+--isovalue and --values keep bounds only where the field may take such values, so that isosurfaces of the mesh and of
+the original run within the bound and the rest costs little; with no bound the tets there are original ones. Of vectors
+the length counts. --view keeps the boundary sharp to --pixels in a picture in perspective (angle is that of its height,
+30 degrees unless it says; size 1920x1080); what is out of the picture may have --outside times the errors.
+
 --json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "rms_error": {NAME: x} | null},
-"vertices", "tets", "bytes_read", "seconds", "limited_by": "error" | "budget" | "focus" | "nothing", "output"}: errors
-absolute, seconds for opening and extraction ("write_seconds" for the writing). The RMS error is that over the
+"vertices", "tets", "bytes_read", "seconds", "limited_by": "error" | "budget" | "time" | "focus" | "nothing",
+"output"}: errors absolute, seconds for opening and extraction ("write_seconds" for the writing). With a focus, values
+or a view "achieved" has the errors there by themselves: "in_focus" and "at_values", lists in the order asked, and
+"in_view" with "pixels". The RMS error is that over the
 domain of the original where the mesh covers it; a build that did not measure it leaves none.
 )";
 
@@ -325,7 +238,7 @@ domain of the original where the mesh covers it; a build that did not measure it
 
 void add_extract(CLI::App& program) {
   CLI::App* const command =
-      program.add_subcommand("extract", "Get one mesh out of a .ptet file, by error, size or focus");
+      program.add_subcommand("extract", "Get one mesh out of a .ptet file, by error, size, focus, values or view");
   const auto arguments = std::make_shared<Arguments>();
   command->add_option("FILE", arguments->input, "the .ptet file")->required()->option_text(" ");
   command
@@ -343,14 +256,47 @@ void add_extract(CLI::App& program) {
   command->add_option("--tets", arguments->tets, "at most so many tets: the smallest error that fits")
       ->option_text("N|N%");
   command->add_option("--vertices", arguments->vertices, "at most so many vertices")->option_text("N|N%");
+  command->add_option("--bytes", arguments->bytes, "at most so large: points, fields, tets and boundary faces")
+      ->option_text("N|NkB|NMB|NGB");
   command
-      ->add_option("--focus", arguments->focus,
-                   "box:x0,y0,z0,x1,y1,z1 or sphere:x,y,z,r: the original\ninside, repeatable; outside as coarse as "
-                   "the rest allows")
+      ->add_option("--milliseconds", arguments->milliseconds,
+                   "refine no longer than this, reading included; what is\nthere by then is the answer")
+      ->option_text("X");
+  command
+      ->add_option(
+          "--focus", arguments->focus,
+          "box:..., obox:..., sphere:... or half:... (see below): the\noriginal inside, repeatable; outside as "
+          "coarse as the rest\nallows")
       ->allow_extra_args(false)
       ->option_text("REGION");
-  command->add_option("--focus-error", arguments->focus_error, "largest error inside the focus (0: the original)")
+  command
+      ->add_option("--focus-error", arguments->focus_error,
+                   "largest error inside the focus (0: the original); once,\nor once for each --focus")
+      ->allow_extra_args(false)
       ->option_text("X|X%");
+  command
+      ->add_option(
+          "--focus-falloff", arguments->focus_falloff,
+          "allow so much more for each diagonal of distance from the\nfocus; without it nothing is asked outside")
+      ->allow_extra_args(false)
+      ->option_text("X|X%");
+  command->add_option("--isovalue", arguments->isovalue, "keep the bounds only where the field may be V; repeatable")
+      ->allow_extra_args(false)
+      ->option_text("FIELD=V");
+  command->add_option("--values", arguments->values, "the same for an interval; MIN or MAX may be left out")
+      ->allow_extra_args(false)
+      ->option_text("FIELD=MIN..MAX");
+  command
+      ->add_option(
+          "--view", arguments->view,
+          "a camera: eye=x,y,z:at=x,y,z, and if need be :up=x,y,z\n:angle=DEGREES :size=WxH: as sharp as it sees")
+      ->option_text("VIEW");
+  command->add_option("--pixels", arguments->pixels, "largest domain error in the view, in pixels (1)")
+      ->option_text("X");
+  command
+      ->add_option("--outside", arguments->outside,
+                   "so many times the errors outside the view; without it\nnothing is asked there")
+      ->option_text("FACTOR");
   command->add_flag(
       "--errors", arguments->errors,
       "add for each field a cell array with the error of each\ntet (.vtu and .vtk); reads all of the file");

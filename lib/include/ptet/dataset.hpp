@@ -6,58 +6,18 @@
 // conforming whatever was asked (De Floriani, Magillo, Puppo, Danovaro: multi-tessellations).
 #pragma once
 
-#include "ptet/bounds.hpp"
 #include "ptet/error.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
+#include "ptet/request.hpp"
 #include "ptet/source.hpp"
 
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace ptet {
-
-/// An axis-parallel box, closed.
-struct Box {
-  Point min{};
-  Point max{};
-
-  friend bool operator==(const Box&, const Box&) = default;
-};
-/// A ball, closed.
-struct Sphere {
-  Point centre{};
-  double radius = 0;
-
-  friend bool operator==(const Sphere&, const Sphere&) = default;
-};
-using FocusRegion = std::variant<Box, Sphere>;
-
-struct Request {
-  /// Bounds on field errors over the whole domain; a bound with an empty name is for every governing field.
-  std::vector<FieldBound> field_error;
-  std::optional<Bound> domain_error;
-  /// Budgets: the mesh that the builder had at that size (to within 2.2% of its vertices), the smallest error in the
-  /// sense of the file's objective; with error bounds, of what they ask for the collapses made last. The base mesh and
-  /// what the focus needs are there in any case, even where they pass a budget.
-  std::optional<std::uint64_t> max_tets;
-  std::optional<std::uint64_t> max_vertices;
-  /// How long Session::update may take, about; what it then has not done the next update does. No matter to extract().
-  std::optional<double> max_milliseconds;
-  /// Inside these regions the error is `focus_error` (0: every tet that meets the region is an original one).
-  /// Outside, only what the other parts of the request ask for.
-  std::vector<FocusRegion> focus;
-  /// Largest allowed field error inside the focus, for every governing field; a domain error is allowed nowhere there
-  /// unless the value is greater than 0, and then up to the same fraction of its scale.
-  Bound focus_error{0, true};
-  /// Also fill Extraction::made_by, and state the errors achieved as tightly as they are known. This reads all of the
-  /// file: what made a tet is often told by a record that is not needed for the mesh.
-  bool origins = false;
-};
-// A request with no bound, budget or focus asks for the original mesh.
 
 /// What kept the mesh from being finer.
 enum class LimitedBy {
@@ -65,7 +25,7 @@ enum class LimitedBy {
   kError,   ///< the asked error was reached
   kFocus,   ///< the focus was reached, nothing else was asked
   kBudget,  ///< the next split does not fit the budget
-  kTime,    ///< the time was up before the session had made the mesh that was asked for
+  kTime,    ///< the time was up
 };
 [[nodiscard]] const char* name_of(LimitedBy limit);
 
@@ -96,6 +56,12 @@ struct DatasetInfo {
   std::string provenance_json;        ///< the manifest as JSON text: tool version, options, input name and hash
 };
 
+/// The largest errors among the tets and boundary faces of a part of the mesh, stated as those of the whole mesh are.
+struct PartErrors {
+  std::vector<double> field_error; ///< one per governing field, field units
+  double domain_error = 0;         ///< mesh units
+};
+
 struct Extraction {
   TetMesh mesh; ///< only the vertices that its tets use (all of them when it is the original)
   /// For each vertex its id in the file: stable from request to request.
@@ -119,6 +85,14 @@ struct Extraction {
   /// the other: neither one-sided Hausdorff distance is larger. Distances below 1e-12 of the diagonal count as none.
   /// In a file built without exact evaluation: sampled, from the original boundary only.
   double domain_error = 0;
+  /// The same for parts of the mesh that the request names: what meets Request::focus[i]; what may take the values
+  /// Request::values[i], widened by its own error; what meets the picture of Request::view.
+  std::vector<PartErrors> in_focus;
+  std::vector<PartErrors> at_values;
+  std::optional<PartErrors> in_view;
+  /// Largest domain error in the picture as the view counts it, pixels: infinite where a face with an error comes as
+  /// near to the eye as the error is large. 0 without a view.
+  double pixels_in_view = 0;
   LimitedBy limited_by = LimitedBy::kNothing;
   std::uint64_t bytes_read = 0; ///< from the file for this dataset so far, opening included
   double seconds = 0;           ///< wall time of the call
@@ -139,9 +113,9 @@ public:
   [[nodiscard]] const DatasetInfo& info() const;
 
   /// The mesh that answers `request`.
-  /// Throws Error: kBadArgument (unknown field, negative or non-finite bound, empty box), kCorruptFile, kIo,
-  /// kCancelled. Same request, same mesh, whatever was asked before. Cost: proportional to the mesh and to the blocks
-  /// first read.
+  /// Throws Error: kBadArgument (unknown field, negative or non-finite bound, empty region or interval, a view without
+  /// a direction), kCorruptFile, kIo, kCancelled. Same request, same mesh, whatever was asked before; only where time
+  /// is a budget it depends on the machine. Cost: proportional to the mesh and to the blocks first read.
   [[nodiscard]] Extraction extract(const Request& request, const ProgressCallback& progress = {}) const;
 
   class Impl;

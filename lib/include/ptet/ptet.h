@@ -184,14 +184,51 @@ ptet_status ptet_request_set_max_tets(ptet_request* request, uint64_t tets, ptet
 ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertices, ptet_error** error);
 /* How long ptet_session_update may take, about; what it then has not done the next update does. */
 ptet_status ptet_request_set_max_milliseconds(ptet_request* request, double milliseconds, ptet_error** error);
+/* Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each). */
+ptet_status ptet_request_set_max_bytes(ptet_request* request, uint64_t bytes, ptet_error** error);
+
 /* Focus regions: every tet that meets one has no larger error than the focus error, which is 0 at first: the original.
- * `min`, `max`, `centre`: three coordinates each. */
+ * They are numbered from 0 in the order in which they are added. `min`, `max`, `centre`, `normal`: three numbers each.
+ */
 ptet_status ptet_request_add_focus_box(ptet_request* request, const double* min, const double* max, ptet_error** error);
+/* `half_axes`: three times three numbers, from the centre to the middle of a side; mutually perpendicular. */
+ptet_status ptet_request_add_focus_oriented_box(ptet_request* request, const double* centre, const double* half_axes,
+                                                ptet_error** error);
 ptet_status ptet_request_add_focus_sphere(ptet_request* request, const double* centre, double radius,
                                           ptet_error** error);
+/* The points x with dot(normal, x) <= offset. */
+ptet_status ptet_request_add_focus_half_space(ptet_request* request, const double* normal, double offset,
+                                              ptet_error** error);
 /* The error allowed in all focus regions of the request, also those that are added later. It holds for every governing
  * field, and as the same fraction for the domain. */
 ptet_status ptet_request_set_focus_error(ptet_request* request, double value, int32_t relative, ptet_error** error);
+/* Outside, the error allowed grows by this with the distance from the region divided by the diagonal; likewise for all
+ * regions. When it is called for none, nothing is asked outside. */
+ptet_status ptet_request_set_focus_falloff(ptet_request* request, double value, int32_t relative, ptet_error** error);
+/* The same for one region, which must have been added. */
+ptet_status ptet_request_set_region_error(ptet_request* request, uint32_t region, double value, int32_t relative,
+                                          ptet_error** error);
+ptet_status ptet_request_set_region_falloff(ptet_request* request, uint32_t region, double value, int32_t relative,
+                                            ptet_error** error);
+/* Bounds on errors hold only where `field` (of vectors the Euclidean norm) may take values in [min, max]; min == max:
+ * an isovalue. With several, where any of them may be met. */
+ptet_status ptet_request_add_values(ptet_request* request, const char* field, double min, double max,
+                                    ptet_error** error);
+
+/* What a camera sees, in perspective. */
+typedef struct ptet_view {
+  uint64_t struct_size;
+  double eye[3];
+  double direction[3];   /* of any length but 0 */
+  double up[3];          /* not parallel to the direction */
+  double vertical_angle; /* of the whole picture, radians, below pi */
+  uint32_t width;        /* pixels */
+  uint32_t height;
+  double max_pixels; /* largest domain error on the screen */
+  double outside;    /* what cannot be seen may have so many times the errors; >= 1, infinity: nothing is asked there */
+} ptet_view;
+/* The struct is copied. */
+ptet_status ptet_request_set_view(ptet_request* request, const ptet_view* view, ptet_error** error);
 /* Not 0: also say which record made each tet (ptet_extraction_made_by), which reads all of the file. */
 ptet_status ptet_request_set_origins(ptet_request* request, int32_t origins, ptet_error** error);
 

@@ -1,0 +1,108 @@
+#include "lod/part_errors.hpp"
+
+#include "lod/region.hpp"
+#include "lod/star.hpp"
+
+#include <algorithm>
+
+namespace ptet {
+namespace {
+
+using Codes = std::vector<ErrorCode16>;
+
+const ErrorCode16* own_errors(const Hierarchy& hierarchy, const MadeVersion& version) {
+  return hierarchy.content().own.data() + version.maker.index() * std::size_t{hierarchy.errors_per_record()};
+}
+
+using Blocks = std::vector<const file::BlockInfo*>;
+
+Blocks unread_blocks(const Hierarchy& hierarchy, const Cut& cut) {
+  Blocks unread;
+  for (std::size_t b = 0; b < cut.read.size(); ++b)
+    if (cut.read[b] == 0) unread.push_back(&hierarchy.blocks()[b]);
+  return unread;
+}
+
+/// The largest codes, of the fields over tets, of the domain over faces, where `is_in(tet, own)` holds; with those of
+/// the unread blocks where `may_hold(block)` does.
+template <class IsIn, class MayHold>
+Codes largest(const Hierarchy& hierarchy, std::span<const MadeVersion> tets, std::span<const MadeVersion> ghosts,
+              const Blocks& unread, IsIn&& is_in, MayHold&& may_hold) {
+  const std::size_t count = hierarchy.errors_per_record();
+  Codes most(count, 0);
+  for (const file::BlockInfo* const block : unread)
+    if (may_hold(*block))
+      for (std::size_t i = 0; i < count; ++i)
+        most[i] = std::max(most[i], block->max_error[i]);
+  const auto look_at = [&](std::span<const MadeVersion> versions, std::size_t first, std::size_t last) {
+    for (const MadeVersion& version : versions) {
+      const ErrorCode16* const own = own_errors(hierarchy, version);
+      bool is_larger = false;
+      for (std::size_t i = first; i < last; ++i)
+        is_larger = is_larger || own[i] > most[i];
+      if (!is_larger || !is_in(version.tet, own)) continue;
+      for (std::size_t i = first; i < last; ++i)
+        most[i] = std::max(most[i], own[i]);
+    }
+  };
+  look_at(tets, 0, count - 1);
+  look_at(ghosts, count - 1, count);
+  return most;
+}
+
+PartErrors decoded(const Codes& codes, const file::Header& header) {
+  PartErrors errors;
+  for (const file::ArrayInfo& array : header.arrays)
+    if (array.governing) errors.field_error.push_back(decode_error(codes[errors.field_error.size()], array.range));
+  errors.domain_error = decode_error(codes.back(), header.diagonal);
+  return errors;
+}
+
+double largest_in_pixels(const Hierarchy& hierarchy, std::span<const MadeVersion> ghosts, const Blocks& unread,
+                         const Camera& camera) {
+  const std::size_t domain = hierarchy.errors_per_record() - std::size_t{1};
+  const auto in_pixels = [&](ErrorCode16 code, std::span<const Point> corners) {
+    return camera.meets(corners)
+               ? camera.pixels_of(decode_error(code, hierarchy.header().diagonal), camera.depth(corners))
+               : 0;
+  };
+  double most = 0;
+  for (const file::BlockInfo* const block : unread)
+    if (block->max_error[domain] > 0)
+      most = std::max(most, in_pixels(block->max_error[domain], box_corners(block->box_min, block->box_max)));
+  for (const MadeVersion& ghost : ghosts)
+    if (const ErrorCode16* const own = own_errors(hierarchy, ghost); own[domain] > 0)
+      most = std::max(most, in_pixels(own[domain], Corners(hierarchy, ghost.tet).points()));
+  return most;
+}
+
+} // namespace
+
+bool names_parts(const ResolvedRequest& request) {
+  return !request.focus.empty() || !request.values.empty() || request.camera;
+}
+
+void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const ResolvedRequest& request,
+                       std::span<const MadeVersion> tets, std::span<const MadeVersion> ghosts, Extraction& result) {
+  const Blocks unread = unread_blocks(hierarchy, cut);
+  const auto state = [&](auto&& is_in, auto&& may_hold) {
+    return decoded(largest(hierarchy, tets, ghosts, unread, is_in, may_hold), hierarchy.header());
+  };
+  for (const Region& region : request.focus)
+    result.in_focus.push_back(
+        state([&](const Tet& tet, const ErrorCode16*) { return meets(region, Corners(hierarchy, tet).points()); },
+              [&](const file::BlockInfo& block) { return meets(region, block.box_min, block.box_max); }));
+  for (const Interval& interval : request.values)
+    result.at_values.push_back(
+        state([&](const Tet& tet, const ErrorCode16* own) { return may_take(interval, hierarchy, tet, own); },
+              [](const file::BlockInfo&) { return true; }));
+  if (request.camera) {
+    const Camera& camera = *request.camera;
+    result.in_view =
+        state([&](const Tet& tet, const ErrorCode16*) { return camera.meets(Corners(hierarchy, tet).points()); },
+              [&](const file::BlockInfo& block) { return camera.meets(box_corners(block.box_min, block.box_max)); });
+    result.pixels_in_view = largest_in_pixels(hierarchy, ghosts, unread, camera);
+  }
+}
+
+} // namespace ptet

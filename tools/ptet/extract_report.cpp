@@ -1,0 +1,257 @@
+#include "extract_report.hpp"
+
+#include "console.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <vector>
+
+namespace ptet::cli {
+namespace {
+
+std::vector<const FieldInfo*> governing_fields(const DatasetInfo& info) {
+  std::vector<const FieldInfo*> fields;
+  for (const FieldInfo& field : info.fields) {
+    if (field.governing) fields.push_back(&field);
+  }
+  return fields;
+}
+
+const FieldInfo& field_named(const DatasetInfo& info, const std::string& name) {
+  return *std::find_if(info.fields.begin(), info.fields.end(),
+                       [&](const FieldInfo& field) { return field.name == name; });
+}
+
+/// Regions as text and as JSON, by their kind.
+struct RegionText {
+  std::string operator()(const Box& box) const { return "box " + to_text(box.min) + " to " + to_text(box.max); }
+  std::string operator()(const OrientedBox& box) const {
+    return "box around " + to_text(box.centre) + ", half axes " + to_text(box.half_axes[0]) + ", " +
+           to_text(box.half_axes[1]) + ", " + to_text(box.half_axes[2]);
+  }
+  std::string operator()(const Sphere& sphere) const {
+    return "sphere around " + to_text(sphere.centre) + ", radius " + brief(sphere.radius, 6);
+  }
+  std::string operator()(const HalfSpace& half_space) const {
+    return "half-space up to " + brief(half_space.offset, 6) + " along " + to_text(half_space.normal);
+  }
+};
+struct RegionJson {
+  Json operator()(const Box& box) const { return {{"box", {{"min", box.min}, {"max", box.max}}}}; }
+  Json operator()(const OrientedBox& box) const {
+    return {{"oriented_box", {{"centre", box.centre}, {"half_axes", box.half_axes}}}};
+  }
+  Json operator()(const Sphere& sphere) const {
+    return {{"sphere", {{"centre", sphere.centre}, {"radius", sphere.radius}}}};
+  }
+  Json operator()(const HalfSpace& half_space) const {
+    return {{"half_space", {{"normal", half_space.normal}, {"offset", half_space.offset}}}};
+  }
+};
+
+/// By governing field.
+Json by_field(const DatasetInfo& info, const std::vector<double>& errors) {
+  Json json = Json::object();
+  const auto fields = governing_fields(info);
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    json[fields[i]->name] = errors[i];
+  return json;
+}
+Json by_field(const DatasetInfo& info, const Bound& bound) {
+  Json json = Json::object();
+  for (const FieldInfo* field : governing_fields(info))
+    json[field->name] = bound.absolute(field->range);
+  return json;
+}
+Json to_json(const PartErrors& errors, const DatasetInfo& info) {
+  return {{"field_error", by_field(info, errors.field_error)}, {"domain_error", errors.domain_error}};
+}
+
+Json asked_json(const Request& request, const DatasetInfo& info) {
+  Json asked = Json::object();
+  for (const FieldBound& bound : request.field_error) {
+    asked["field_error"][bound.field] = bound.bound.absolute(field_named(info, bound.field).range);
+  }
+  if (request.domain_error) asked["domain_error"] = request.domain_error->absolute(info.diagonal);
+  if (request.max_tets) asked["tets"] = *request.max_tets;
+  if (request.max_vertices) asked["vertices"] = *request.max_vertices;
+  if (request.max_bytes) asked["bytes"] = *request.max_bytes;
+  if (request.max_milliseconds) asked["milliseconds"] = *request.max_milliseconds;
+  for (const Focus& focus : request.focus) {
+    Json json = std::visit(RegionJson{}, focus.region);
+    json["error"] = by_field(info, focus.error);
+    json["falloff"] = focus.falloff ? by_field(info, *focus.falloff) : Json(nullptr);
+    asked["focus"].push_back(json);
+  }
+  for (const ValuesOfInterest& values : request.values) // an end that is not there is null
+    asked["values"].push_back({{"field", values.field}, {"min", values.min}, {"max", values.max}});
+  if (const auto& view = request.view) {
+    asked["view"] = {{"eye", view->eye},
+                     {"direction", view->direction},
+                     {"up", view->up},
+                     {"angle", view->vertical_angle * 180 / M_PI},
+                     {"size", {view->width, view->height}},
+                     {"pixels", view->max_pixels},
+                     {"outside", view->outside}};
+  }
+  return asked;
+}
+
+Json achieved_json(const Extraction& extraction, const DatasetInfo& info) {
+  Json achieved = {{"field_error", by_field(info, extraction.field_error)}, {"domain_error", extraction.domain_error}};
+  achieved["rms_error"] = extraction.rms_error.empty() ? Json(nullptr) : by_field(info, extraction.rms_error);
+  for (const PartErrors& errors : extraction.in_focus)
+    achieved["in_focus"].push_back(to_json(errors, info));
+  for (const PartErrors& errors : extraction.at_values)
+    achieved["at_values"].push_back(to_json(errors, info));
+  if (extraction.in_view) {
+    achieved["in_view"] = to_json(*extraction.in_view, info);
+    achieved["in_view"]["pixels"] = extraction.pixels_in_view;
+  }
+  return achieved;
+}
+
+/// "0.0123 (1% of its range)"
+std::string error_text(double error, double scale, const char* of) {
+  const std::string share = percent(error, scale);
+  return brief(error) + (share.empty() ? "" : " (" + share + " of " + of + ")");
+}
+
+constexpr const char* kOfRange = "its range";
+constexpr const char* kOfDiagonal = "the diagonal";
+
+std::string bound_text(const Bound& bound) {
+  return brief(bound.relative ? 100 * bound.value : bound.value) + (bound.relative ? "%" : "");
+}
+
+std::string values_text(const ValuesOfInterest& values) {
+  if (values.min == values.max) return values.field + " = " + brief(values.min, 6);
+  return (std::isfinite(values.min) ? brief(values.min, 6) + " <= " : "") + values.field +
+         (std::isfinite(values.max) ? " <= " + brief(values.max, 6) : "");
+}
+
+void print_asked(const Request& request, const DatasetInfo& info) {
+  bool is_anything = false;
+  const auto line = [&](const std::string& text) {
+    std::cout << "  asked     " << text << '\n';
+    is_anything = true;
+  };
+  for (const FieldBound& bound : request.field_error) {
+    const double range = field_named(info, bound.field).range;
+    line(bound.field + " within " + error_text(bound.bound.absolute(range), range, kOfRange));
+  }
+  if (request.domain_error) {
+    line("domain within " + error_text(request.domain_error->absolute(info.diagonal), info.diagonal, kOfDiagonal));
+  }
+  if (const auto& view = request.view) {
+    line("domain within " + brief(view->max_pixels) + " pixels" + " in the view from " + to_text(view->eye) +
+         (std::isfinite(view->outside) ? ", errors " + brief(view->outside) + " times as large outside it"
+                                       : ", nothing outside it"));
+  }
+  for (const ValuesOfInterest& values : request.values) {
+    const bool has_bounds = !request.field_error.empty() || request.domain_error || request.view;
+    line((has_bounds ? "that only where " : "the original where ") + values_text(values));
+  }
+  if (request.max_tets) line("at most " + counted(*request.max_tets, "tet"));
+  if (request.max_vertices) line("at most " + counted(*request.max_vertices, "vertex"));
+  if (request.max_bytes) line("at most " + counted(*request.max_bytes, "byte"));
+  if (request.max_milliseconds) line("no longer than " + brief(*request.max_milliseconds) + " ms");
+  for (const Focus& focus : request.focus) {
+    line((focus.error.value == 0 ? "the original" : "error within " + bound_text(focus.error)) + " in the focus, " +
+         std::visit(RegionText{}, focus.region) +
+         (focus.falloff ? ", and " + bound_text(*focus.falloff) + " more for each diagonal away from it" : ""));
+  }
+  if (!is_anything) line("the original");
+}
+
+/// As Request::max_bytes counts them.
+std::uint64_t bytes_of(const Extraction& extraction) {
+  std::uint64_t bytes = extraction.mesh.positions.bytes.size() + extraction.mesh.tets.size() * sizeof(Tet) +
+                        extraction.boundary_faces.size() * sizeof(std::array<VertexId, 3>);
+  for (const PointArray& array : extraction.mesh.point_arrays)
+    bytes += array.bytes.size();
+  return bytes;
+}
+
+const char* explain(const Request& request, const Extraction& extraction) {
+  switch (extraction.limited_by) {
+  case LimitedBy::kNothing: return "nothing: this is the original mesh";
+  case LimitedBy::kError: return "error: what was asked is reached";
+  case LimitedBy::kFocus: return "focus: what it asks is reached, and nothing else is asked";
+  case LimitedBy::kTime: return "time: it was up";
+  case LimitedBy::kBudget:
+    if (extraction.mesh.tets.size() <= request.max_tets.value_or(extraction.mesh.tets.size()) &&
+        extraction.mesh.vertex_count() <= request.max_vertices.value_or(extraction.mesh.vertex_count()) &&
+        bytes_of(extraction) <= request.max_bytes.value_or(bytes_of(extraction)))
+      return "budget: the next split does not fit";
+    return request.focus.empty() ? "budget: it is less than the base mesh, and that is the least there is"
+                                 : "budget: the focus alone takes more, and is restored all the same";
+  }
+  return "";
+}
+
+/// The errors where more was asked than elsewhere.
+void print_parts(const Extraction& extraction, const Request& request, const DatasetInfo& info) {
+  const auto fields = governing_fields(info);
+  const auto line = [&](const std::string& where, const PartErrors& errors, const std::string& more) {
+    std::cout << "  there     " << where << ": ";
+    for (std::size_t i = 0; i < fields.size(); ++i)
+      std::cout << fields[i]->name << " within " << error_text(errors.field_error[i], fields[i]->range, kOfRange)
+                << ", ";
+    std::cout << "domain within " << error_text(errors.domain_error, info.diagonal, kOfDiagonal) << more << '\n';
+  };
+  for (std::size_t i = 0; i < extraction.in_focus.size(); ++i)
+    line("in the focus, " + std::visit(RegionText{}, request.focus[i].region), extraction.in_focus[i], "");
+  for (std::size_t i = 0; i < extraction.at_values.size(); ++i)
+    line("where " + values_text(request.values[i]), extraction.at_values[i], "");
+  if (extraction.in_view) line("in the view", *extraction.in_view, ", " + brief(extraction.pixels_in_view) + " pixels");
+}
+
+} // namespace
+
+void print_json(const ExtractOutcome& outcome) {
+  const auto& [input, output, info, request, extraction, seconds, write_seconds] = outcome;
+  Json json;
+  json["asked"] = asked_json(request, info);
+  json["achieved"] = achieved_json(extraction, info);
+  json["vertices"] = extraction.mesh.vertex_count();
+  json["tets"] = extraction.mesh.tets.size();
+  json["bytes_read"] = extraction.bytes_read;
+  json["seconds"] = seconds;
+  json["limited_by"] = name_of(extraction.limited_by);
+  json["output"] = output ? Json(*output) : Json(nullptr);
+  if (output) json["write_seconds"] = write_seconds;
+  print(json);
+}
+
+void print_text(const ExtractOutcome& outcome) {
+  const auto& [input, output, info, request, extraction, seconds, write_seconds] = outcome;
+  const auto share = [](std::uint64_t part, std::uint64_t whole) {
+    return percent(static_cast<double>(part), static_cast<double>(whole));
+  };
+  std::ostream& out = std::cout;
+  out << input << '\n';
+  print_asked(request, info);
+  const auto fields = governing_fields(info);
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    out << "  achieved  " << fields[i]->name << " within "
+        << error_text(extraction.field_error[i], fields[i]->range, kOfRange);
+    if (!extraction.rms_error.empty()) {
+      const std::string share_of_range = percent(extraction.rms_error[i], fields[i]->range);
+      out << ", RMS " << brief(extraction.rms_error[i]) << (share_of_range.empty() ? "" : " (" + share_of_range + ")");
+    }
+    out << '\n';
+  }
+  out << "  achieved  domain within " << error_text(extraction.domain_error, info.diagonal, kOfDiagonal) << '\n';
+  print_parts(extraction, request, info);
+  out << "  mesh      " << counted(extraction.mesh.vertex_count(), "vertex") << " ("
+      << share(extraction.mesh.vertex_count(), info.vertices) << " of the original), "
+      << counted(extraction.mesh.tets.size(), "tet") << " (" << share(extraction.mesh.tets.size(), info.tets) << ")\n";
+  out << "  limited   by " << explain(request, extraction) << '\n';
+  out << "  time      " << brief(seconds, 3) << " s, " << counted(extraction.bytes_read, "byte") << " read of "
+      << grouped(info.file_bytes) << '\n';
+  if (output) out << "  written   " << *output << " in " << brief(write_seconds, 3) << " s\n";
+}
+
+} // namespace ptet::cli

@@ -1,0 +1,25 @@
+// What `ptet extract` says after an extraction: what was asked and what was achieved.
+#pragma once
+
+#include "ptet/dataset.hpp"
+
+#include <optional>
+#include <string>
+
+namespace ptet::cli {
+
+/// Everything there is to say after an extraction.
+struct ExtractOutcome {
+  std::string input;
+  std::optional<std::string> output;
+  DatasetInfo info;
+  Request request;
+  Extraction extraction;
+  double seconds = 0; ///< opening and extraction
+  double write_seconds = 0;
+};
+
+void print_json(const ExtractOutcome& outcome);
+void print_text(const ExtractOutcome& outcome);
+
+} // namespace ptet::cli
