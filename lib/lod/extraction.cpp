@@ -1,7 +1,6 @@
 #include "lod/extraction.hpp"
 
 #include "lod/part_errors.hpp"
-#include "lod/replace_corner.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,13 +47,13 @@ private:
   std::vector<std::uint32_t> open_;
 };
 
-/// The mesh of a cut, made as it was refined: base tets and boundary faces first, then those of each split where it
-/// comes in DependencyOrder.
+/// The mesh of a cut: in each place of it, what the last of its records that touches the place left there. Base tets
+/// and boundary faces come first, then those of each record in ascending order.
 class Assembly {
 public:
   Assembly(const Refinement& refinement, const Cut& cut)
       : refinement_(refinement), cut_(cut), order_(refinement),
-        slot_of_place_(std::make_unique_for_overwrite<std::uint32_t[]>(refinement.place_count())) {}
+        last_(std::make_unique_for_overwrite<std::uint32_t[]>(refinement.place_count())) {}
 
   void run(bool all_vertices) {
     number_vertices(all_vertices);
@@ -62,11 +61,12 @@ public:
     for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
       if (cut_.applied[r] != 0) tet_count += refinement_.added_tet_count(RecordId{r});
     tets.reserve(tet_count);
-    for (std::uint32_t t = 0; t < refinement_.base_version_count(); ++t) {
-      const Tet& tet = refinement_.vertices(VersionId{t});
-      add(t, {row(tet[0]), row(tet[1]), row(tet[2]), row(tet[3])});
-    }
-    order_.visit([&](std::uint32_t r) { return cut_.applied[r] != 0; }, [&](std::uint32_t r) { split(RecordId{r}); });
+    std::fill_n(last_.get(), refinement_.base_version_count(), kBase);
+    order_.visit([&](std::uint32_t r) { return cut_.applied[r] != 0; }, [&](std::uint32_t r) { touch(RecordId{r}); });
+    for (std::uint32_t t = 0; t < refinement_.base_version_count(); ++t)
+      if (last_[t] == kBase) add(refinement_.vertices(VersionId{t}));
+    for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
+      if (cut_.applied[r] != 0) add_left_by(RecordId{r});
   }
 
   /// The records that made the tets and the faces, as far as they are in blocks that the cut depends on: the first
@@ -75,22 +75,31 @@ public:
     std::vector<RecordId> of_tet, of_face;
   };
   [[nodiscard]] Makers find_makers(const std::vector<file::BlockInfo>& blocks) {
-    Makers makers{std::vector<RecordId>(tets.size()), std::vector<RecordId>(faces.size())};
-    std::vector<char> is_present(refinement_.place_count(), 0), is_known(cut_.applied.size(), 0);
-    std::fill_n(is_present.begin(), refinement_.base_version_count(), 1);
-    for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
-      if (cut_.applied[r] != 0)
-        std::fill_n(is_present.begin() + refinement_.rim_place(RecordId{r}), refinement_.rim(RecordId{r}).size(), 1);
+    std::vector<char> is_known(cut_.applied.size(), 0);
     for (std::size_t b = 0; b < blocks.size(); ++b)
       if (cut_.read[b] != 0) std::fill_n(is_known.begin() + blocks[b].first_record, blocks[b].record_count, 1);
+    std::vector<RecordId> maker(refinement_.place_count());
     order_.visit([&](std::uint32_t r) { return is_known[r] != 0; },
                  [&](std::uint32_t r) {
-                   for (const Place place : refinement_.modified(RecordId{r})) {
-                     if (is_present[place.index()] == 0) continue;
-                     RecordId& maker = (place.is_ghost() ? makers.of_face : makers.of_tet)[slot_of_place_[place.index()]];
-                     if (maker.is_none()) maker = RecordId{r};
-                   }
+                   for (const Place place : refinement_.modified(RecordId{r}))
+                     if (maker[place.index()].is_none()) maker[place.index()] = RecordId{r};
                  });
+    Makers makers;
+    makers.of_tet.reserve(tets.size());
+    makers.of_face.reserve(faces.size());
+    for (std::uint32_t t = 0; t < refinement_.base_version_count(); ++t)
+      if (last_[t] == kBase) (t < refinement_.base_tet_count() ? makers.of_tet : makers.of_face).push_back(maker[t]);
+    for (std::uint32_t r = 0; r < cut_.applied.size(); ++r) {
+      if (cut_.applied[r] == 0) continue;
+      for_each_left_by(
+          RecordId{r},
+          [&](Place place, std::size_t) {
+            (place.is_ghost() ? makers.of_face : makers.of_tet).push_back(maker[place.index()]);
+          },
+          [&](std::uint32_t place, VertexId x, VertexId y) {
+            (x == kDummyVertex || y == kDummyVertex ? makers.of_face : makers.of_tet).push_back(maker[place]);
+          });
+    }
     return makers;
   }
 
@@ -114,44 +123,58 @@ private:
       }
   }
 
-  [[nodiscard]] VertexId row(VertexId v) const { return v == kDummyVertex ? v : VertexId{row_[v.index()]}; }
+  [[nodiscard]] VertexId row(VertexId v) const { return VertexId{row_[v.index()]}; }
 
-  void add(std::uint32_t place, const Tet& tet) {
-    const auto at = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), kDummyVertex) - tet.begin());
-    if (at == 4) {
-      slot_of_place_[place] = static_cast<std::uint32_t>(tets.size());
-      tets.push_back(tet);
-      return;
-    }
-    // (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside.
-    slot_of_place_[place] = static_cast<std::uint32_t>(faces.size());
-    faces.push_back({tet[at ^ 1U], tet[at ^ 3U], tet[at ^ 2U]});
+  void touch(RecordId r) {
+    for (const Place place : refinement_.modified(r))
+      last_[place.index()] = r.index();
+    std::fill_n(last_.get() + refinement_.rim_place(r), refinement_.rim(r).size(), r.index());
   }
 
-  void split(RecordId r) {
-    const VertexId u = row(refinement_.target(r)), v = row(refinement_.vertex_of(r));
-    for (const Place place : refinement_.modified(r)) {
-      const std::uint32_t slot = slot_of_place_[place.index()];
-      if (place.is_ghost())
-        replace_corner(faces[slot], u, v);
-      else
-        replace_corner(tets[slot], u, v);
-    }
+  /// Calls `modified(place, k)` for the k-th modified tet and `added(place, a, b)` for the tet of rim edge (a, b), of
+  /// those that are in the mesh.
+  template <class Modified, class Added>
+  void for_each_left_by(RecordId r, Modified&& modified, Added&& added) const {
+    const auto places = refinement_.modified(r);
+    for (std::size_t k = 0; k < places.size(); ++k)
+      if (last_[places[k].index()] == r.index()) modified(places[k], k);
     const auto rim = refinement_.rim(r);
-    std::uint32_t place = refinement_.rim_place(r);
-    VertexId a = row(rim.front());
-    for (std::size_t i = 1; i <= rim.size(); ++i) {
-      const VertexId b = row(rim[i < rim.size() ? i : 0]);
-      add(place++, {v, u, a, b});
-      a = b;
-    }
+    const std::uint32_t first = refinement_.rim_place(r);
+    for (std::uint32_t i = 0; i < rim.size(); ++i)
+      if (last_[first + i] == r.index()) added(first + i, rim[i], rim[i + 1 < rim.size() ? i + 1 : 0]);
+  }
+
+  void add_left_by(RecordId r) {
+    const VertexId v = refinement_.vertex_of(r), u = refinement_.target(r);
+    for_each_left_by(
+        r,
+        [&](Place place, std::size_t k) {
+          const auto [a, b, c] = refinement_.link_triangle(r, k);
+          if (place.is_ghost())
+            add({v, a, b, c});
+          else
+            tets.push_back({row(v), row(a), row(b), row(c)});
+        },
+        [&](std::uint32_t, VertexId a, VertexId b) {
+          add({v, u, a, b});
+        });
+  }
+
+  void add(const Tet& tet) {
+    const auto at = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), kDummyVertex) - tet.begin());
+    if (at == 4)
+      tets.push_back({row(tet[0]), row(tet[1]), row(tet[2]), row(tet[3])});
+    else // (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside
+      faces.push_back({row(tet[at ^ 1U]), row(tet[at ^ 3U]), row(tet[at ^ 2U])});
   }
 
   const Refinement& refinement_;
   const Cut& cut_;
   DependencyOrder order_;
-  std::unique_ptr<std::uint32_t[]> slot_of_place_; ///< of places in the mesh
-  std::vector<std::uint32_t> row_;                 ///< by vertex in the file
+  static constexpr std::uint32_t kBase = kUnused;
+  /// By place in the mesh: the last record of the cut that touches it, or kBase.
+  std::unique_ptr<std::uint32_t[]> last_;
+  std::vector<std::uint32_t> row_; ///< by vertex in the file
 };
 
 /// The rows of the vertices; runs of neighbours are copied at once.

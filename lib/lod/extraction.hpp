@@ -1,4 +1,4 @@
-// From a cut to the mesh: the base, refined by the splits of the cut.
+// From a cut to the mesh: what the splits of the cut leave in each place.
 #pragma once
 
 #include "lod/cut.hpp"

@@ -357,7 +357,7 @@ void Refinement::settle_links() {
       triangles_.push_back(static_cast<std::uint16_t>(packed));
     }
     if (link.size() > (1U << kLinkBits)) {
-      std::fill(triangles_.begin() + static_cast<std::ptrdiff_t>(first), triangles_.end(), std::uint16_t{0xFFFF});
+      std::fill(triangles_.begin() + static_cast<std::ptrdiff_t>(first), triangles_.end(), kWide);
       wide_triangles_.emplace_back(r, wide);
       link.resize(ring.size());
     }
@@ -411,17 +411,7 @@ void Refinement::settle_parents() {
   parent_kinds_ = std::move(kinds);
 }
 
-std::array<VertexId, 3> Refinement::link_triangle(RecordId r, std::size_t k) const {
-  if (!is_settled_) {
-    const Tet& tet = versions_[first_fine_[r.index()] + k];
-    return {tet[1], tet[2], tet[3]};
-  }
-  const std::uint32_t packed = triangles_[modified_begin_[r.index()] + k];
-  if (packed != 0xFFFF) {
-    constexpr std::uint32_t kMask = (1U << kLinkBits) - 1;
-    const VertexId* const link = rim_vertices_.data() + rim_begin_[r.index()];
-    return {link[packed & kMask], link[(packed >> kLinkBits) & kMask], link[packed >> (2 * kLinkBits)]};
-  }
+std::array<VertexId, 3> Refinement::wide_triangle(RecordId r, std::size_t k) const {
   const auto wide = std::lower_bound(wide_triangles_.begin(), wide_triangles_.end(), r.index(),
                                      [](const auto& row, std::uint32_t record) { return row.first < record; });
   return {wide->second[3 * k], wide->second[3 * k + 1], wide->second[3 * k + 2]};

@@ -163,7 +163,17 @@ public:
 
   /// The corners 1, 2, 3 of the k-th modified tet of F(r), k < modified(r).size(); corner 0 is vertex_of(r). The tets
   /// that split(r) modifies are (target(r), ...) with the same, F(r) has those of the rim besides.
-  [[nodiscard]] std::array<VertexId, 3> link_triangle(RecordId r, std::size_t k) const;
+  [[nodiscard]] std::array<VertexId, 3> link_triangle(RecordId r, std::size_t k) const {
+    if (!is_settled_) {
+      const Tet& tet = versions_[first_fine_[r.index()] + k];
+      return {tet[1], tet[2], tet[3]};
+    }
+    const std::uint32_t packed = triangles_[modified_begin_[r.index()] + k];
+    if (packed == kWide) return wide_triangle(r, k);
+    constexpr std::uint32_t kMask = (1U << kLinkBits) - 1;
+    const VertexId* const link = rim_vertices_.data() + rim_begin_[r.index()];
+    return {link[packed & kMask], link[(packed >> kLinkBits) & kMask], link[packed >> (2 * kLinkBits)]};
+  }
 
   /// Explains the first broken invariant; empty when all hold. Not when settled. O(versions).
   [[nodiscard]] std::string validate() const;
@@ -212,6 +222,7 @@ private:
   void add_rim(RecordId r, VertexId target);
   void join_region(std::uint32_t place);
   void close_boundary();
+  [[nodiscard]] std::array<VertexId, 3> wide_triangle(RecordId r, std::size_t k) const;
   void settle_places();
   void settle_links();
   void settle_parents();
@@ -245,6 +256,7 @@ private:
   // When settled. Link triangles beside modified_: numbers among the link's vertices, of kLinkBits bits each. Where
   // the link has more vertices than that can tell, wide_triangles_ has them one by one.
   static constexpr std::uint32_t kLinkBits = 5;
+  static constexpr std::uint16_t kWide = 0xFFFF;
   bool is_settled_ = false;
   std::uint32_t settled_place_count_ = 0;
   std::vector<std::uint16_t> triangles_;
