@@ -181,7 +181,7 @@ private:
       if (stop != kNoKey || has_read_all || is_time_up_) {
         stopped_by_budget_ = stop != kNoKey;
         // What was read on the way is no matter: the answer is to be the same when more was in memory before.
-        cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
+        if (!is_time_up_) cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
         return;
       }
       expected *= 2;
@@ -204,22 +204,26 @@ private:
     return set;
   }
 
-  /// Returns how far it came: `reach`, or a larger key when the time was up.
+  /// Returns down to which key records may be taken: `reach`, or all of what was read when the time was up.
   std::uint32_t read_down_to(std::uint32_t reach, const BlocksByOrder& by_key, const BlockSet& promised) {
     if (!request_.budgets.max_seconds) {
       cut_.read = blocks_above(reach, by_key, promised);
       read(cut_.read);
       return reach;
     }
-    BlockSet set = promised;
+    // The time being up, the answer need not be the builder's mesh: all that was read is taken.
+    constexpr std::uint64_t kTetsPerVertex = 6;
+    std::uint64_t tets = hierarchy_.header().base_tet_count;
+    cut_.read = promised;
     for (const auto& [block_key, b] : by_key) {
       if (block_key < reach) break;
-      if (is_late(hierarchy_.header().base_tet_count)) {
+      if (is_late(tets)) {
         is_time_up_ = true;
-        return block_key + 1U;
+        return 0;
       }
-      set[b] = 1;
-      read(set);
+      cut_.read[b] = 1;
+      read(cut_.read);
+      tets += kTetsPerVertex * blocks_[b].record_count;
     }
     return reach;
   }
@@ -229,7 +233,7 @@ private:
   std::uint32_t take_down_to(std::uint32_t reach, const Wants& wants, const BlockDemands& demands) {
     std::vector<std::vector<BudgetRank>> with_key(kNoKey);
     for (std::size_t b = 0; b < blocks_.size(); ++b)
-      if (content().block_loaded[b] != 0 && blocks_[b].max_order >= reach)
+      if (cut_.read[b] != 0 && blocks_[b].max_order >= reach)
         for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) {
           if (cut_.applied[r] == 0 && content().order[r] >= reach)
             with_key[content().order[r]].push_back({content().order[r], content().generation[r], r});
@@ -237,7 +241,7 @@ private:
     Spending spending = spent_on(cut_.applied);
     std::vector<std::uint32_t> taken;
     for (std::uint32_t key = kNoKey; key-- > reach;) {
-      if (is_late(spending.tets())) {
+      if (!is_time_up_ && is_late(spending.tets())) {
         is_time_up_ = true;
         return kNoKey;
       }
