@@ -4,7 +4,7 @@ import itertools
 TRIANGLE, TETRA = 5, 10
 
 
-def vtu(path, points, cells, fields=None, cell_type=TETRA):
+def vtu(path, points, cells, fields=None, cell_type=TETRA, precision="Float64"):
     """Writes an ASCII VTU. fields: name -> (VTK type, one value per point, or one tuple)."""
 
     def array(name, vtk_type, rows):
@@ -20,7 +20,7 @@ def vtu(path, points, cells, fields=None, cell_type=TETRA):
                    f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">\n<PointData>\n')
         for name, (vtk_type, rows) in (fields or {}).items():
             file.write(array(name, vtk_type, rows))
-        file.write("</PointData>\n<Points>\n" + (array("Points", "Float64", points) if points else
+        file.write("</PointData>\n<Points>\n" + (array("Points", precision, points) if points else
                    '<DataArray type="Float64" Name="Points" NumberOfComponents="3" format="ascii"></DataArray>\n'))
         file.write("</Points>\n<Cells>\n" + array("connectivity", "Int64", cells).replace(
             'NumberOfComponents="4"', "").replace('NumberOfComponents="3"', ""))
@@ -54,3 +54,18 @@ def wave(points):
 
 
 SINGLE_TET = ([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)], [[0, 1, 2, 3]])
+
+
+def read_vtu(path):
+    """By VTK: positions, point arrays by name, tets, all with their types."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    grid = reader.GetOutput()
+    data = grid.GetPointData()
+    arrays = {data.GetArrayName(i): vtk_to_numpy(data.GetArray(i)) for i in range(data.GetNumberOfArrays())}
+    cells = grid.GetCells()
+    return (vtk_to_numpy(grid.GetPoints().GetData()), arrays,
+            vtk_to_numpy(cells.GetConnectivityArray()).reshape(-1, 4))
