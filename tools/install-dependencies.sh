@@ -24,7 +24,7 @@ packages=(
   python3 python3-numpy python3-vtk9
   xvfb xauth         # pictures on a machine without a display
 )
-test_packages=(clang-format clang-tidy shellcheck git python3-meshio)
+test_packages=(clang-format clang-tidy shellcheck git python3-meshio python3-zstandard python3-xxhash)
 bench_packages=(libbenchmark-dev python3-matplotlib)
 
 list_only=no
