@@ -116,7 +116,9 @@ std::vector<std::byte> expand(const Section& section, std::vector<std::byte> sto
   if (section.stored_bytes == section.raw_bytes) return stored;
   std::vector<std::byte> raw(section.raw_bytes);
   const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size());
-  if (ZSTD_isError(size) != 0 || size != raw.size()) {
+  // One frame only: ZSTD_decompress would go on with a second one.
+  if (ZSTD_isError(size) != 0 || size != raw.size() ||
+      ZSTD_findFrameCompressedSize(stored.data(), stored.size()) != stored.size()) {
     throw Error(ErrorCode::kCorruptFile, "the " + name + " is corrupt: it does not decompress to its size",
                 section.offset);
   }

@@ -14,7 +14,7 @@ import unittest
 try:
     import numpy as np
     import xxhash
-    import zstandard  # noqa: F401
+    import zstandard
 except ImportError as missing:
     print(f"skipped: {missing}; tools/install-dependencies.sh --tests installs it")
     sys.exit(77)
@@ -250,6 +250,7 @@ class Parts:
         for kind, content in self.file.sections.items():
             self.sections.append([next(k for k, name in KINDS.items() if name == kind), 1, bytearray(content)])
         self.footer_reserved, self.blocks_hash = 0, 0
+        self.compressed = {}  # what is stored of a kind of section, where it is not the contents
         self.rows = []  # where in the table each block's hash is
         data = Bytes(self["table"])
         for block in self.file.blocks:
@@ -271,9 +272,10 @@ class Parts:
         struct.pack_into("<Q", self.header, 120, hash_of(self.header[:120]))
         body, directory = bytearray(self.header), bytearray()
         for kind, flags, content in self.sections:
-            stated = self.blocks_hash if kind == 4 else hash_of(content)
-            directory += struct.pack("<2I4Q", kind, flags, len(body), len(content), len(content), stated)
-            body += content
+            stored = self.compressed.get(kind, content)
+            stated = self.blocks_hash if kind == 4 else hash_of(stored)
+            directory += struct.pack("<2I4Q", kind, flags, len(body), len(stored), len(content), stated)
+            body += stored
         size = len(body) + len(directory) + 40
         return bytes(body + directory + struct.pack("<QIIQQ", len(body), len(self.sections), self.footer_reserved,
                                                     hash_of(directory), size) + b"PTETEND\n")
@@ -296,6 +298,15 @@ def in_section(section, layout, offset, change):
 def in_row(layout, offset, change):
     """In the table's row of block 0, counted from its hash."""
     return lambda parts: put(parts["table"], layout, parts.rows[0] + offset, change)
+
+
+def compress(*cuts):
+    """The model as so many zstd frames and one more."""
+    def change(parts):
+        model, ends = bytes(parts["model"]), [0, *cuts, None]
+        frames = [zstandard.compress(model[a:b]) for a, b in zip(ends, ends[1:])]
+        parts.compressed[2] = b"".join(frames)
+    return change
 
 
 def one_more(x):
@@ -331,6 +342,8 @@ VIOLATIONS = {
     "unknown section that is mandatory": lambda parts: parts.sections.append([77, 1, bytearray(3)]),
     "section that is there twice": lambda parts: parts.sections.append(list(parts.sections[0])),
     "section that is not there": lambda parts: parts.sections.pop(),
+    "section of two zstd frames": compress(1000),
+    "section of a zstd frame and an empty one": compress(1 << 20),
     "type of an array": in_section("arrays", "B", 2, 10),
     "array without components": in_section("arrays", "B", 3, 0),
     "governing": in_section("arrays", "B", 4, 2),
@@ -381,7 +394,11 @@ class Rejection(Case):
     def test_violations(self):
         """With all hashes right; the program rejects them as well."""
         path = HERE.parent / "golden" / "tiny.ptet"
-        self.assertIsNotNone(self.outcome(Parts(path).assemble()))
+        parts = Parts(path)
+        for same in (lambda parts: None, compress()):
+            same(parts)
+            self.assertIsNotNone(self.outcome(parts.assemble()))
+            self.assertEqual(self.ptet("extract", "changed.ptet").returncode, 0)
         for name, violate in VIOLATIONS.items():
             with self.subTest(name):
                 parts = Parts(path)
