@@ -4,6 +4,7 @@
 #include "formats/ptet/record_codec.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -11,10 +12,17 @@ namespace ptet::file {
 
 /// What decoding takes and the public face does not show.
 struct Reader::Decoding {
+  Decoding(std::shared_ptr<ByteSource> source, const OpenOptions& options)
+      : reader(std::move(source), options.max_gap), limits(options.limits) {}
+
+  RangeReader reader;
+  Limits limits;
+  std::uint64_t claimed = 0; ///< of Limits::max_bytes
   FixedHeader fixed;
   std::vector<DecimalDigits> digits;
   std::vector<TableRow> rows;
   Section base;
+  std::vector<std::byte> base_bytes; ///< as stored, so that the base can be had again without the source
   InitialProbabilities initial;
   std::vector<std::uint32_t> block_of; ///< by record
   std::optional<Schema> schema;
@@ -47,6 +55,47 @@ decltype(auto) at_offset(std::uint64_t offset, F&& f) {
   }
 }
 
+/// Sections read ahead in few requests.
+class ReadAhead {
+public:
+  explicit ReadAhead(RangeReader& reader) : reader_(reader) {}
+
+  void fetch(std::span<const ByteRange> ranges) {
+    auto read = reader_.read_all(ranges);
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      if (read[i].failure) std::rethrow_exception(read[i].failure);
+      parts_.push_back({ranges[i].offset, std::move(read[i].bytes)});
+    }
+  }
+  /// Out of what was read ahead, or from the source.
+  [[nodiscard]] std::vector<std::byte> get(std::uint64_t offset, std::uint64_t count) const {
+    for (const Part& part : parts_) {
+      if (offset < part.offset || count > part.bytes.size() || offset - part.offset > part.bytes.size() - count)
+        continue;
+      const auto first = part.bytes.begin() + static_cast<std::ptrdiff_t>(offset - part.offset);
+      return {first, first + static_cast<std::ptrdiff_t>(count)};
+    }
+    return reader_.read({offset, count});
+  }
+
+private:
+  struct Part {
+    std::uint64_t offset;
+    std::vector<std::byte> bytes;
+  };
+  RangeReader& reader_;
+  std::vector<Part> parts_;
+};
+
+// What one element takes in memory at most, with the growth of vectors and with scratch.
+constexpr std::uint64_t kBytesPerVertex = 32;        // marks of the refinement and of the codec, the values apart
+constexpr std::uint64_t kBytesPerRecord = 128;       // tables by record, boxes of stars, a cut
+constexpr std::uint64_t kBytesPerBaseTet = 320;      // with its ghosts, and the sorting of faces that joins them
+constexpr std::uint64_t kBytesPerVersion = 64;       // corners, state, a place among the present ones, parents
+constexpr std::uint64_t kBytesPerManifestByte = 128; // a byte can stand for two empty texts
+constexpr std::uint64_t kBytesPerArrayByte = 256;    // and for a column
+constexpr std::uint64_t kBytesPerTableByte = 24;
+
 /// A block that is being decoded.
 struct OpenBlock {
   std::uint32_t block;
@@ -66,22 +115,35 @@ struct Run {
 
 } // namespace
 
-Reader::Reader(std::unique_ptr<Source> source) : source_(std::move(source)), decoding_(std::make_unique<Decoding>()) {
-  const std::uint64_t size = source_->size();
+struct Reader::Batching {
+  Reader* reader;
+  std::vector<OpenBlock> open;
+  std::vector<Run> runs; ///< by generation, then by block
+  std::size_t run = 0;   ///< the one at hand
+};
+
+Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
+    : decoding_(std::make_unique<Decoding>(std::move(source), options)) {
+  Decoding& d = *decoding_;
+  const std::uint64_t size = d.reader.size();
   if (size < kHeaderBytes + kFooterBytes) {
     throw Error(ErrorCode::kCorruptFile, "the file is too short to be a .ptet file: " + std::to_string(size) + " bytes",
                 size);
   }
-  const auto header_bytes = fetch(0, kHeaderBytes);
+  ReadAhead ahead(d.reader);
+  const auto header_bytes = ahead.get(0, kHeaderBytes);
   ByteReader header_reader(header_bytes, "header", 0);
   // Magic and version come before the hash: a file of another kind is not called corrupt.
-  Decoding& d = *decoding_;
   d.fixed = parse_header(header_reader);
   const auto hashed = std::span(header_bytes).first(kHeaderBytes - 8);
   ByteReader header_hash(std::span{header_bytes}.last(8), "header", kHeaderBytes - 8);
   if (header_hash.get<std::uint64_t>("hash") != hash_of(hashed)) fail_file("the header's hash does not match", 0);
 
-  const auto footer_bytes = fetch(size - kFooterBytes, kFooterBytes);
+  check_limits();
+  constexpr std::uint64_t kEndBytes = kFooterBytes + 6 * kSectionBytes; // of a file with the known sections
+  const std::uint64_t end_bytes = std::min<std::uint64_t>(kEndBytes, size - kHeaderBytes);
+  ahead.fetch(std::array{ByteRange{size - end_bytes, end_bytes}});
+  const auto footer_bytes = ahead.get(size - kFooterBytes, kFooterBytes);
   ByteReader footer_reader(footer_bytes, "footer", size - kFooterBytes);
   const Footer footer = parse_footer(footer_reader);
   if (footer.file_bytes != size) {
@@ -92,7 +154,7 @@ Reader::Reader(std::unique_ptr<Source> source) : source_(std::move(source)), dec
       footer.directory_offset != size - kFooterBytes - directory_bytes) {
     fail_file("the directory is not before the footer", size - kFooterBytes);
   }
-  const auto directory = fetch(footer.directory_offset, directory_bytes);
+  const auto directory = ahead.get(footer.directory_offset, directory_bytes);
   if (hash_of(directory) != footer.directory_hash) {
     fail_file("the directory's hash does not match", footer.directory_offset);
   }
@@ -104,8 +166,20 @@ Reader::Reader(std::unique_ptr<Source> source) : source_(std::move(source)), dec
   const auto section = [&](SectionKind kind) -> const Section& {
     return find_section(sections, kind, footer.directory_offset);
   };
+  std::vector<ByteRange> ranges;
+  for (const SectionKind kind :
+       {SectionKind::kArrays, SectionKind::kModel, SectionKind::kBase, SectionKind::kManifest, SectionKind::kTable}) {
+    ranges.push_back({section(kind).offset, section(kind).stored_bytes});
+    claim(section(kind).stored_bytes, name_of(kind));
+    claim(section(kind).raw_bytes, name_of(kind));
+  }
+  claim(section(SectionKind::kArrays).raw_bytes * kBytesPerArrayByte, "arrays");
+  claim(section(SectionKind::kManifest).raw_bytes * kBytesPerManifestByte, "manifest");
+  claim(section(SectionKind::kTable).raw_bytes * kBytesPerTableByte, "block table");
+  std::sort(ranges.begin(), ranges.end(), [](const ByteRange& a, const ByteRange& b) { return a.offset < b.offset; });
+  ahead.fetch(ranges);
   const auto content = [&](SectionKind kind) {
-    return expand(section(kind), fetch(section(kind).offset, section(kind).stored_bytes));
+    return expand(section(kind), ahead.get(section(kind).offset, section(kind).stored_bytes));
   };
   const auto in_section = [&](SectionKind kind, const std::vector<std::byte>& bytes) {
     return ByteReader(bytes, name_of(kind), section(kind).offset,
@@ -139,22 +213,72 @@ Reader::Reader(std::unique_ptr<Source> source) : source_(std::move(source)), dec
   const auto manifest_bytes = content(SectionKind::kManifest);
   auto manifest = in_section(SectionKind::kManifest, manifest_bytes);
   manifest_ = parse_manifest(manifest);
+  claim(content_bytes(), "mesh");
+  d.base_bytes = ahead.get(d.base.offset, d.base.stored_bytes);
 }
 
 Reader::~Reader() = default;
 Reader::Reader(Reader&&) noexcept = default;
 Reader& Reader::operator=(Reader&&) noexcept = default;
 
-std::vector<std::byte> Reader::fetch(std::uint64_t offset, std::uint64_t count) {
-  std::vector<std::byte> bytes(count);
-  source_->read(offset, bytes);
-  bytes_read_ += count;
-  return bytes;
+std::uint64_t Reader::file_bytes() const {
+  return decoding_->reader.size();
+}
+std::uint64_t Reader::bytes_read() const {
+  return decoding_->reader.bytes_read();
+}
+std::uint64_t Reader::requests() const {
+  return decoding_->reader.requests();
 }
 
-Content Reader::read_base() {
+// ---- limits ----
+
+void Reader::check_limits() const {
+  const Header& header = decoding_->fixed.header;
+  const auto check = [](std::uint64_t count, std::uint64_t most, const char* what) {
+    if (count > most) {
+      throw Error(ErrorCode::kLimit,
+                  "the file has " + std::to_string(count) + what + ", more than the limit of " + std::to_string(most));
+    }
+  };
+  check(std::uint64_t{header.base_vertex_count} + header.record_count, decoding_->limits.max_vertices, " vertices");
+  check(header.tet_count, decoding_->limits.max_tets, " tets");
+}
+
+void Reader::claim(std::uint64_t bytes, const char* what) {
+  Decoding& d = *decoding_;
+  if (bytes > d.limits.max_bytes - d.claimed) {
+    throw Error(ErrorCode::kLimit, std::string("the ") + what + " would take " + std::to_string(bytes) +
+                                       " bytes of memory, more than the limit of " +
+                                       std::to_string(d.limits.max_bytes) + " leaves");
+  }
+  d.claimed += bytes;
+}
+
+// No product overflows: counts are below 2^32, and a vertex has less than 2^25 bytes.
+std::uint64_t Reader::content_bytes() const {
+  const std::uint64_t vertices = std::uint64_t{header_.base_vertex_count} + header_.record_count;
+  return vertices * (vertex_bytes(header_) + kBytesPerVertex) +
+         header_.record_count * (kBytesPerRecord + std::uint64_t{8} * decoding_->schema->code_count()) +
+         header_.base_tet_count * kBytesPerBaseTet;
+}
+
+std::uint64_t Reader::fixed_bytes() const {
+  return decoding_->claimed;
+}
+
+std::uint64_t Reader::decoded_bytes(std::uint32_t block) const {
+  const std::uint64_t while_decoding = 2 * blocks_[block].stored_bytes +
+                                       std::uint64_t{2} * decoding_->schema->context_count() +
+                                       std::uint64_t{64} * blocks_[block].record_count;
+  return decoding_->rows[block].version_count * kBytesPerVersion + while_decoding;
+}
+
+// ---- content ----
+
+Content Reader::read_base() const {
   const Decoding& d = *decoding_;
-  const auto bytes = expand(d.base, fetch(d.base.offset, d.base.stored_bytes));
+  const auto bytes = expand(d.base, d.base_bytes);
   ByteReader in(bytes, name_of(SectionKind::kBase), d.base.offset, true);
   const std::size_t vertices = std::size_t{header_.base_vertex_count} + header_.record_count;
   PointArray positions{"", header_.position_type, 3, {}};
@@ -229,8 +353,16 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
   }
 }
 
+// As the blocks and the base make it. A header that says otherwise is met once, at the block decoded last.
+void Reader::check_whole(const Content& content) const {
+  if (content.refinement.applied_count() != header_.record_count) return;
+  std::uint64_t tets = header_.base_tet_count;
+  for (std::uint32_t r = 0; r < header_.record_count; ++r)
+    tets += content.refinement.added_tet_count(RecordId{r});
+  if (tets != header_.tet_count) fail_file("the full mesh does not have the number of tets of the header", 0);
+}
+
 void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
-  Decoding& d = *decoding_;
   std::vector<std::uint32_t> wanted(blocks.begin(), blocks.end());
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
@@ -239,76 +371,137 @@ void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
   }
   std::erase_if(wanted, [&](std::uint32_t block) { return content.block_loaded[block] != 0; });
   if (wanted.empty()) return;
+  auto fetched = fetch(wanted, [](std::uint32_t, const Error& error) { throw Error(error); });
+  Batch batch = begin(std::move(fetched), content);
+  while (batch.step(content, header_.record_count)) {
+  }
+  batch.check(content);
+  for (const std::uint32_t block : wanted)
+    content.block_loaded[block] = 1;
+}
+
+std::vector<FetchedBlock> Reader::fetch(std::span<const std::uint32_t> blocks, const FetchFailed& failed,
+                                        const std::function<bool()>& is_stopped) const {
+  std::vector<ByteRange> ranges;
+  for (const std::uint32_t block : blocks)
+    ranges.push_back({blocks_[block].offset, blocks_[block].stored_bytes});
+  auto read = decoding_->reader.read_all(ranges, is_stopped);
+  std::vector<FetchedBlock> fetched;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    try {
+      if (read[i].failure) std::rethrow_exception(read[i].failure);
+      if (hash_of(read[i].bytes) != decoding_->rows[blocks[i]].hash)
+        fail_file("the hash of a block does not match", ranges[i].offset);
+      fetched.push_back({blocks[i], std::move(read[i].bytes)});
+    } catch (const Error& error) {
+      failed(blocks[i], error);
+    }
+  }
+  return fetched;
+}
+
+// ---- decoding ----
+
+template <class F>
+void Reader::at_block(std::uint32_t block, F&& f) const {
+  const std::uint64_t offset = blocks_[block].offset;
+  try {
+    at_offset(offset, f);
+  } catch (const BlockError&) {
+    throw;
+  } catch (const Error& error) {
+    throw BlockError(error, block, offset);
+  }
+}
+
+Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) {
+  Decoding& d = *decoding_;
   if (!d.codec) {
     d.codec.emplace(*d.schema, blocks_, std::size_t{header_.base_vertex_count} + header_.record_count);
     for (std::uint32_t block = 0; block < blocks_.size(); ++block)
       d.block_of.insert(d.block_of.end(), blocks_[block].record_count, block);
   }
-
-  std::vector<OpenBlock> open;
-  open.reserve(wanted.size());
-  std::vector<Run> runs;
-  for (const std::uint32_t block : wanted) {
-    const BlockInfo& info = blocks_[block];
-    auto bytes = fetch(info.offset, info.stored_bytes);
-    if (hash_of(bytes) != d.rows[block].hash) fail_file("the hash of a block does not match", info.offset);
-    ByteReader in(bytes, "block", info.offset);
-    const auto generations = parse_runs(in, info.record_count);
-    std::copy(generations.begin(), generations.end(), content.generation.begin() + info.first_record);
-    for (std::uint32_t i = 0; i < info.record_count; ++i) {
-      if (i == 0 || generations[i] != generations[i - 1]) {
-        runs.push_back({generations[i], static_cast<std::uint32_t>(open.size()), info.first_record + i, 0});
+  auto batching = std::make_unique<Batching>();
+  batching->reader = this;
+  batching->open.reserve(blocks.size());
+  for (FetchedBlock& fetched : blocks) {
+    at_block(fetched.block, [&] {
+      const BlockInfo& info = blocks_[fetched.block];
+      ByteReader in(fetched.bytes, "block", info.offset);
+      const auto generations = parse_runs(in, info.record_count);
+      std::copy(generations.begin(), generations.end(), content.generation.begin() + info.first_record);
+      auto& runs = batching->runs;
+      for (std::uint32_t i = 0; i < info.record_count; ++i) {
+        if (i == 0 || generations[i] != generations[i - 1]) {
+          runs.push_back({generations[i], static_cast<std::uint32_t>(batching->open.size()), info.first_record + i, 0});
+        }
+        runs.back().last_record = info.first_record + i;
       }
-      runs.back().last_record = info.first_record + i;
-    }
-    OtherParents others = parse_others(in, block, blocks_);
-    const std::size_t start = in.position();
-    open.push_back({block,
-                    std::move(others),
-                    BlockState(block, info.needs.size(), d.schema->code_count()),
-                    RangeDecoder(d.initial, std::move(bytes), start),
-                    0,
-                    {},
-                    {}});
-    open.back().least.fill(std::numeric_limits<double>::infinity());
-    open.back().greatest.fill(-std::numeric_limits<double>::infinity());
+      OtherParents others = parse_others(in, fetched.block, blocks_);
+      const std::size_t start = in.position();
+      batching->open.push_back({fetched.block,
+                                std::move(others),
+                                BlockState(fetched.block, info.needs.size(), d.schema->code_count()),
+                                RangeDecoder(d.initial, std::move(fetched.bytes), start),
+                                0,
+                                {},
+                                {}});
+      batching->open.back().least.fill(std::numeric_limits<double>::infinity());
+      batching->open.back().greatest.fill(-std::numeric_limits<double>::infinity());
+    });
   }
-  std::sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
+  std::sort(batching->runs.begin(), batching->runs.end(), [](const Run& a, const Run& b) {
     return std::pair(a.generation, a.open_block) < std::pair(b.generation, b.open_block);
   });
+  return Batch(std::move(batching));
+}
 
-  for (const Run& run : runs) {
-    OpenBlock& block = open[run.open_block];
+Reader::Batch::Batch(std::unique_ptr<Batching> batching) : batching_(std::move(batching)) {}
+Reader::Batch::Batch(Batch&&) noexcept = default;
+Reader::Batch& Reader::Batch::operator=(Batch&&) noexcept = default;
+Reader::Batch::~Batch() = default;
+
+bool Reader::Batch::step(Content& content, std::size_t records) {
+  const Reader& reader = *batching_->reader;
+  Decoding& d = *reader.decoding_;
+  for (; batching_->run < batching_->runs.size(); ++batching_->run) {
+    Run& run = batching_->runs[batching_->run];
+    OpenBlock& block = batching_->open[run.open_block];
     const std::uint32_t most_versions = d.rows[block.block].version_count;
-    at_offset(blocks_[block.block].offset, [&] {
-      for (std::uint32_t index = run.first_record; index <= run.last_record; ++index) {
-        const RecordId r{index};
+    reader.at_block(block.block, [&] {
+      for (; run.first_record <= run.last_record && records > 0; ++run.first_record, --records) {
+        const RecordId r{run.first_record};
         d.codec->code(block.decoder, block.state, content, r, NothingKnown{}, block.others.of(r));
         block.versions += content.refinement.fine_count(r);
         if (block.versions > most_versions) fail_record(r, "its block makes more tets than the table says");
-        check_record(r, block.block, content);
+        reader.check_record(r, block.block, content);
         d.codec->extend_by_star(block.least, block.greatest);
       }
     });
+    if (run.first_record <= run.last_record) return true;
   }
-  for (const OpenBlock& block : open) {
-    const BlockInfo& info = blocks_[block.block];
-    if (block.versions != d.rows[block.block].version_count) {
-      fail_file("a block makes fewer tets than the table says", info.offset);
-    }
-    if (block.least != info.box_min || block.greatest != info.box_max) {
-      fail_file("a block's bounding box is not that of the table", info.offset);
-    }
-    check_block(block.block, content);
-    content.block_loaded[block.block] = 1;
+  return false;
+}
+
+void Reader::Batch::check(const Content& content) const {
+  const Reader& reader = *batching_->reader;
+  for (const OpenBlock& block : batching_->open) {
+    reader.at_block(block.block, [&] {
+      const BlockInfo& info = reader.blocks_[block.block];
+      if (block.versions != reader.decoding_->rows[block.block].version_count) {
+        fail_file("a block makes fewer tets than the table says", info.offset);
+      }
+      if (block.least != info.box_min || block.greatest != info.box_max) {
+        fail_file("a block's bounding box is not that of the table", info.offset);
+      }
+      reader.check_block(block.block, content);
+    });
   }
-  if (content.refinement.applied_count() == header_.record_count) {
-    std::uint64_t tets = header_.base_tet_count;
-    for (std::uint32_t r = 0; r < header_.record_count; ++r)
-      tets += content.refinement.added_tet_count(RecordId{r});
-    if (tets != header_.tet_count) fail_file("the full mesh does not have the number of tets of the header", 0);
-    d.codec.reset();
-    std::vector<std::uint32_t>().swap(d.block_of);
+  if (!batching_->open.empty())
+    reader.at_block(batching_->open.back().block, [&] { reader.check_whole(content); });
+  if (content.refinement.applied_count() == reader.header_.record_count) {
+    reader.decoding_->codec.reset();
+    std::vector<std::uint32_t>().swap(reader.decoding_->block_of);
   }
 }
 

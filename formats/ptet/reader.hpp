@@ -5,10 +5,12 @@
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/source.hpp"
 #include "ptet/mesh.hpp"
+#include "ptet/source.hpp"
 #include "record/error_code.hpp"
 #include "record/order_code.hpp"
 #include "record/refinement.hpp"
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -78,11 +80,28 @@ struct Content {
   std::vector<char> block_loaded;
 };
 
-/// Not thread safe.
+/// What decoding found wrong with a block.
+class BlockError : public Error {
+public:
+  BlockError(const Error& error, std::uint32_t number, std::uint64_t offset)
+      : Error(error), block(number), block_offset(offset) {}
+
+  std::uint32_t block;
+  std::uint64_t block_offset;
+};
+
+struct FetchedBlock {
+  std::uint32_t block = 0;
+  std::vector<std::byte> bytes; ///< as stored, their hash checked
+};
+
+/// Not thread safe but for fetch().
 class Reader {
 public:
-  /// Reads and checks header, manifest and table. Throws Error: kIo, kCorruptFile with byte offset, kLimit.
-  explicit Reader(std::unique_ptr<Source> source);
+  /// Reads and checks header, manifest and table, and reads the base mesh, in four requests or so. What `options` says
+  /// of background and memory_limit is for others.
+  /// Throws Error: kIo, kCorruptFile with byte offset, kLimit.
+  explicit Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options = {});
   ~Reader();
   Reader(Reader&&) noexcept;
   Reader& operator=(Reader&&) noexcept;
@@ -90,27 +109,72 @@ public:
   [[nodiscard]] const Header& header() const { return header_; }
   [[nodiscard]] const Manifest& manifest() const { return manifest_; }
   [[nodiscard]] const std::vector<BlockInfo>& blocks() const { return blocks_; }
-  [[nodiscard]] std::uint64_t file_bytes() const { return source_->size(); }
-  [[nodiscard]] std::uint64_t bytes_read() const { return bytes_read_; }
+  [[nodiscard]] std::uint64_t file_bytes() const;
+  [[nodiscard]] std::uint64_t bytes_read() const;
+  [[nodiscard]] std::uint64_t requests() const;
 
-  /// The base mesh, no record applied.
-  [[nodiscard]] Content read_base();
+  /// Memory that what does not depend on blocks takes, within Limits::max_bytes.
+  [[nodiscard]] std::uint64_t fixed_bytes() const;
+  /// Memory that the block takes in Content and while it is decoded: an estimate from its counts.
+  [[nodiscard]] std::uint64_t decoded_bytes(std::uint32_t block) const;
+
+  /// The base mesh, no record applied. Asks the source for nothing.
+  [[nodiscard]] Content read_base() const;
   /// Applies all records of `blocks` (any order; those loaded already are skipped). Together with what is loaded they
   /// must be closed under BlockInfo::needs. Throws Error(kCorruptFile); `content` must not be used after that.
   void load(std::span<const std::uint32_t> blocks, Content& content);
 
+  // The same in steps, for callers that live on with what can be had.
+
+  /// Told of a block that cannot be had, and why.
+  using FetchFailed = std::function<void(std::uint32_t block, const Error& error)>;
+  /// The bytes of `blocks` (ascending), near ones by one request, but of those that cannot be read or whose hash does
+  /// not match. `is_stopped`: see RangeReader; then the rest fails as cancelled.
+  /// Thread rule: from several threads at a time if the source may be read so.
+  [[nodiscard]] std::vector<FetchedBlock> fetch(std::span<const std::uint32_t> blocks, const FetchFailed& failed,
+                                                const std::function<bool()>& is_stopped = {}) const;
+  class Batch;
+  /// Prepares to decode; the blocks must be closed as for load(). One batch at a time.
+  /// Throws BlockError; nothing is applied then.
+  [[nodiscard]] Batch begin(std::vector<FetchedBlock> blocks, Content& content);
+
 private:
   struct Decoding;
-  [[nodiscard]] std::vector<std::byte> fetch(std::uint64_t offset, std::uint64_t count);
+  struct Batching;
   void check_record(RecordId r, std::uint32_t block, const Content& content) const;
   void check_block(std::uint32_t block, const Content& content) const;
+  void check_whole(const Content& content) const;
+  void check_limits() const;
+  void claim(std::uint64_t bytes, const char* what);
+  [[nodiscard]] std::uint64_t content_bytes() const;
+  /// Calls `f`; what it finds wrong is the block's.
+  template <class F>
+  void at_block(std::uint32_t block, F&& f) const;
 
-  std::unique_ptr<Source> source_;
   std::unique_ptr<Decoding> decoding_;
   Header header_;
   Manifest manifest_;
   std::vector<BlockInfo> blocks_;
-  std::uint64_t bytes_read_ = 0;
+};
+
+/// Blocks that are being decoded together. Between any two records the content is sound for all that is loaded already:
+/// it may be looked at, and a batch may be given up while it has not thrown.
+class Reader::Batch {
+public:
+  Batch(Batch&&) noexcept;
+  Batch& operator=(Batch&&) noexcept;
+  ~Batch();
+  /// Applies up to `records` more. Returns whether any are left.
+  /// Throws BlockError; `content` must be made anew then.
+  bool step(Content& content, std::size_t records);
+  /// Checks what only the whole of a block tells, after the last step. Content::block_loaded is the caller's to set.
+  /// Throws as step().
+  void check(const Content& content) const;
+
+private:
+  friend class Reader;
+  explicit Batch(std::unique_ptr<Batching> batching);
+  std::unique_ptr<Batching> batching_;
 };
 
 } // namespace ptet::file

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <new>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,7 +14,7 @@
 namespace ptet::file {
 namespace {
 
-class FileSource final : public Source {
+class FileSource final : public ByteSource {
 public:
   explicit FileSource(const std::string& path) : path_(path), handle_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
     if (handle_ < 0) fail("cannot open", errno);
@@ -27,7 +28,7 @@ public:
   FileSource(const FileSource&) = delete;
   FileSource& operator=(const FileSource&) = delete;
 
-  [[nodiscard]] std::uint64_t size() const override { return size_; }
+  std::uint64_t size() override { return size_; }
   void read(std::uint64_t offset, std::span<std::byte> into) override {
     while (!into.empty()) {
       const ssize_t got = ::pread(handle_, into.data(), into.size(), static_cast<off_t>(offset));
@@ -53,10 +54,10 @@ private:
   std::uint64_t size_ = 0;
 };
 
-class MemorySource final : public Source {
+class MemorySource final : public ByteSource {
 public:
   explicit MemorySource(std::vector<std::byte> bytes) : bytes_(std::move(bytes)) {}
-  [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
+  std::uint64_t size() override { return bytes_.size(); }
   void read(std::uint64_t offset, std::span<std::byte> into) override {
     if (offset > bytes_.size() || into.size() > bytes_.size() - offset) {
       throw Error(ErrorCode::kIo, "cannot read beyond the end of the bytes", offset);
@@ -68,36 +69,77 @@ private:
   std::vector<std::byte> bytes_;
 };
 
-class UserSource final : public Source {
-public:
-  explicit UserSource(std::shared_ptr<ByteSource> source) : source_(std::move(source)) {
-    if (!source_) throw Error(ErrorCode::kBadArgument, "there is no source to read from");
-    size_ = source_->size();
-  }
-  [[nodiscard]] std::uint64_t size() const override { return size_; }
-  void read(std::uint64_t offset, std::span<std::byte> into) override {
-    if (offset > size_ || into.size() > size_ - offset)
-      throw Error(ErrorCode::kIo, "cannot read beyond the end of the source", offset);
-    if (!into.empty()) source_->read(offset, into);
-  }
-
-private:
-  std::shared_ptr<ByteSource> source_;
-  std::uint64_t size_ = 0;
-};
-
 } // namespace
 
-std::unique_ptr<Source> open_file(const std::string& path) {
+std::unique_ptr<ByteSource> open_file(const std::string& path) {
   return std::make_unique<FileSource>(path);
 }
 
-std::unique_ptr<Source> over_memory(std::vector<std::byte> bytes) {
+std::unique_ptr<ByteSource> over_memory(std::vector<std::byte> bytes) {
   return std::make_unique<MemorySource>(std::move(bytes));
 }
 
-std::unique_ptr<Source> over(std::shared_ptr<ByteSource> source) {
-  return std::make_unique<UserSource>(std::move(source));
+RangeReader::RangeReader(std::shared_ptr<ByteSource> source, std::uint64_t max_gap)
+    : source_(std::move(source)), size_(source_->size()), max_gap_(max_gap) {}
+
+std::vector<std::byte> RangeReader::read(ByteRange range) {
+  if (range.offset > size_ || range.count > size_ - range.offset)
+    throw Error(ErrorCode::kCorruptFile, "the file is corrupt: it ends within a part of it", size_);
+  std::vector<std::byte> bytes(range.count);
+  ++requests_;
+  try {
+    source_->read(range.offset, bytes);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kIo) throw;
+    throw Error(ErrorCode::kIo, error.what(), range.offset);
+  } catch (const std::exception& error) {
+    throw Error(ErrorCode::kIo, std::string("cannot read from the source: ") + error.what(), range.offset);
+  }
+  bytes_ += range.count;
+  return bytes;
+}
+
+std::vector<RangeBytes> RangeReader::read_all(std::span<const ByteRange> ranges,
+                                              const std::function<bool()>& is_stopped) {
+  std::vector<RangeBytes> result(ranges.size());
+  const auto read_one = [&](std::size_t i) {
+    try {
+      result[i].bytes = read(ranges[i]);
+    } catch (const Error&) {
+      result[i].failure = std::current_exception();
+    }
+  };
+  for (std::size_t begin = 0, end = 0; begin < ranges.size(); begin = end) {
+    std::uint64_t reach = ranges[begin].offset + ranges[begin].count;
+    for (end = begin + 1; end < ranges.size(); ++end) {
+      const ByteRange& next = ranges[end];
+      if (next.offset - reach > max_gap_ || next.offset + next.count - ranges[begin].offset > kLongestRequest) break;
+      reach = next.offset + next.count;
+    }
+    if (is_stopped && is_stopped()) {
+      const auto stopped = std::make_exception_ptr(Error(ErrorCode::kCancelled, "reading was cancelled"));
+      for (; begin < ranges.size(); ++begin)
+        result[begin].failure = stopped;
+      return result;
+    }
+    if (end == begin + 1) {
+      read_one(begin);
+      continue;
+    }
+    try {
+      const auto together = read({ranges[begin].offset, reach - ranges[begin].offset});
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto first = together.begin() + static_cast<std::ptrdiff_t>(ranges[i].offset - ranges[begin].offset);
+        result[i].bytes.assign(first, first + static_cast<std::ptrdiff_t>(ranges[i].count));
+      }
+    } catch (const Error&) {
+      for (std::size_t i = begin; i < end; ++i)
+        read_one(i);
+    }
+  }
+  return result;
 }
 
 } // namespace ptet::file

@@ -1,10 +1,16 @@
-// Where a .ptet file's bytes come from: a file, memory, or a user's own source.
+// A .ptet file's bytes from a file or from memory, and fewer, larger requests for many ranges of them.
+//
+//   ranges    [a][b]   [c]              [d]
+//   requests  [-----------]             [-]     where the gap between b and c is small enough
 #pragma once
 
 #include "ptet/source.hpp"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,18 +18,48 @@
 
 namespace ptet::file {
 
-class Source {
-public:
-  virtual ~Source() = default;
-  [[nodiscard]] virtual std::uint64_t size() const = 0;
-  /// Fills `into` from `offset`. Throws Error(kIo) when the bytes cannot be had.
-  virtual void read(std::uint64_t offset, std::span<std::byte> into) = 0;
+/// Read by pread: any number of threads at a time. Throws Error(kIo) when the file cannot be opened; the message names
+/// it.
+[[nodiscard]] std::unique_ptr<ByteSource> open_file(const std::string& path);
+/// Any number of threads at a time.
+[[nodiscard]] std::unique_ptr<ByteSource> over_memory(std::vector<std::byte> bytes);
+
+struct ByteRange {
+  std::uint64_t offset = 0;
+  std::uint64_t count = 0;
 };
 
-/// Throws Error(kIo) when the file cannot be opened; the message names it.
-[[nodiscard]] std::unique_ptr<Source> open_file(const std::string& path);
-[[nodiscard]] std::unique_ptr<Source> over_memory(std::vector<std::byte> bytes);
-/// Throws Error(kBadArgument) when there is none.
-[[nodiscard]] std::unique_ptr<Source> over(std::shared_ptr<ByteSource> source);
+/// The bytes of one range, or why they could not be had.
+struct RangeBytes {
+  std::vector<std::byte> bytes;
+  std::exception_ptr failure; ///< an Error
+};
+
+/// Asks a source for ranges, and counts. Thread rule: as the source.
+class RangeReader {
+public:
+  /// No request is longer than this, unless a single range is.
+  static constexpr std::uint64_t kLongestRequest = std::uint64_t{1} << 23;
+
+  /// `max_gap`: OpenOptions::max_gap.
+  RangeReader(std::shared_ptr<ByteSource> source, std::uint64_t max_gap);
+
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  /// Throws Error(kIo) whatever the source throws, with its words; std::bad_alloc as it is.
+  [[nodiscard]] std::vector<std::byte> read(ByteRange range);
+  /// `ranges`: ascending, not overlapping. A request that fails is repeated range by range, so that a range has no
+  /// failure but its own. `is_stopped` is asked between requests; ranges left then have a failure.
+  [[nodiscard]] std::vector<RangeBytes> read_all(std::span<const ByteRange> ranges,
+                                                 const std::function<bool()>& is_stopped = {});
+
+  [[nodiscard]] std::uint64_t bytes_read() const { return bytes_; }
+  [[nodiscard]] std::uint64_t requests() const { return requests_; }
+
+private:
+  std::shared_ptr<ByteSource> source_;
+  std::uint64_t size_;
+  std::uint64_t max_gap_;
+  std::atomic<std::uint64_t> bytes_{0}, requests_{0};
+};
 
 } // namespace ptet::file

@@ -36,6 +36,7 @@ public:
   Cut run() {
     const Demand& demand = request_.demand;
     const BlockDemands promised = demands_of(demand.promised), wished = demands_of(demand.wished);
+    cut_.missing.assign(blocks_.size(), 0);
     cut_.read = blocks_of(promised);
     if (request_.budgets.any()) {
       read_in_time(cut_.read);
@@ -72,7 +73,20 @@ private:
   void read(BlockSet& set) {
     if (progress_ && !progress_({"reading", 0, 0})) throw Error(ErrorCode::kCancelled, "the extraction was cancelled");
     hierarchy_.close(set);
+    const BlockSet wanted = set;
     hierarchy_.load(set);
+    for (std::size_t b = 0; b < set.size(); ++b)
+      if (wanted[b] != set[b]) cut_.missing[b] = 1;
+  }
+  static void restrict(BlockSet& set, const BlockSet& to) {
+    for (std::size_t b = 0; b < set.size(); ++b)
+      set[b] = static_cast<char>(set[b] & to[b]);
+  }
+  /// What is missing was not read on the way to the blocks that follow, so it is no use to go on.
+  bool waits_for_blocks() const {
+    if (std::find(cut_.missing.begin(), cut_.missing.end(), 1) == cut_.missing.end()) return false;
+    const LimitedBy limit = hierarchy_.loader().explain(cut_.missing).limited_by;
+    return limit == LimitedBy::kLoading || limit == LimitedBy::kMemory;
   }
 
   // ---- time ----
@@ -173,7 +187,7 @@ private:
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
     while (true) {
       reach = read_down_to(reach, by_key, promised_blocks);
-      const bool has_read_all = by_key.empty() || reach <= by_key.back().first;
+      const bool has_read_all = by_key.empty() || reach <= by_key.back().first || waits_for_blocks();
       if (has_read_all) reach = 0;
       const auto lock = hierarchy_.lock();
       cut_.applied = promised;
@@ -182,6 +196,7 @@ private:
         stopped_by_budget_ = stop != kNoKey;
         // What was read on the way is no matter: the answer is to be the same when more was in memory before.
         if (!is_time_up_) cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
+        restrict(cut_.read, content().block_loaded);
         return;
       }
       expected *= 2;

@@ -12,6 +12,8 @@ struct Cut {
   std::uint32_t count = 0;
   /// Blocks that the request depends on, closed. A function of the request alone; more may be in memory.
   BlockSet read;
+  /// Blocks that it depends on, too, and that could not be had: the cut is restricted to the records of `read`.
+  BlockSet missing;
   LimitedBy limited_by = LimitedBy::kNothing;
 };
 

@@ -4,6 +4,7 @@
 #include "lod/extraction.hpp"
 #include "lod/provenance.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 namespace ptet {
@@ -39,7 +40,8 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
 
 } // namespace
 
-Dataset::Impl::Impl(std::unique_ptr<file::Source> source) : hierarchy(std::move(source)), info(describe(hierarchy)) {}
+Dataset::Impl::Impl(std::shared_ptr<ByteSource> source, const OpenOptions& options)
+    : hierarchy(std::move(source), options), info(describe(hierarchy)) {}
 
 const char* name_of(LimitedBy limit) {
   switch (limit) {
@@ -48,6 +50,9 @@ const char* name_of(LimitedBy limit) {
   case LimitedBy::kFocus: return "focus";
   case LimitedBy::kBudget: return "budget";
   case LimitedBy::kTime: return "time";
+  case LimitedBy::kLoading: return "loading";
+  case LimitedBy::kMemory: return "memory";
+  case LimitedBy::kUnreadable: return "unreadable";
   }
   return "unknown";
 }
@@ -55,16 +60,16 @@ const char* name_of(LimitedBy limit) {
 Dataset::Dataset(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Dataset::~Dataset() = default;
 
-std::shared_ptr<const Dataset> Dataset::open(const std::string& path) {
-  return std::make_shared<const Dataset>(std::make_unique<Impl>(file::open_file(path)));
+std::shared_ptr<const Dataset> Dataset::open(std::shared_ptr<ByteSource> source, const OpenOptions& options) {
+  return std::make_shared<const Dataset>(std::make_unique<Impl>(std::move(source), options));
 }
 
-std::shared_ptr<const Dataset> Dataset::open_memory(std::vector<std::byte> bytes) {
-  return std::make_shared<const Dataset>(std::make_unique<Impl>(file::over_memory(std::move(bytes))));
+std::shared_ptr<const Dataset> Dataset::open(const std::string& path, const OpenOptions& options) {
+  return open(file::open_file(path), options);
 }
 
-std::shared_ptr<const Dataset> Dataset::open(std::shared_ptr<ByteSource> source) {
-  return std::make_shared<const Dataset>(std::make_unique<Impl>(file::over(std::move(source))));
+std::shared_ptr<const Dataset> Dataset::open_memory(std::vector<std::byte> bytes, const OpenOptions& options) {
+  return open(file::over_memory(std::move(bytes)), options);
 }
 
 const DatasetInfo& Dataset::info() const {
@@ -74,13 +79,30 @@ const DatasetInfo& Dataset::info() const {
 Extraction Dataset::extract(const Request& request, const ProgressCallback& progress) const {
   const auto begin = std::chrono::steady_clock::now();
   Hierarchy& hierarchy = impl_->hierarchy;
+  Loader& loader = hierarchy.loader();
   const ResolvedRequest resolved = resolve(request, hierarchy.header());
-  const Cut cut = find_cut(hierarchy, resolved, progress);
-  const auto lock = hierarchy.lock();
-  Extraction extraction = extract_cut(hierarchy, cut, resolved);
-  extraction.bytes_read = hierarchy.bytes_read();
-  extraction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return extraction;
+  const Loader::Turn turn(loader);
+  while (true) {
+    const Cut cut = find_cut(hierarchy, resolved, progress);
+    const auto lock = hierarchy.lock();
+    // Another thread met a damaged block, and what could not be read again is gone.
+    if (!loader.holds(cut.read)) continue;
+    Extraction extraction = extract_cut(hierarchy, cut, resolved);
+    extraction.complete = std::count(cut.missing.begin(), cut.missing.end(), 1) == 0;
+    if (!extraction.complete) {
+      Loader::Shortfall shortfall = loader.explain(cut.missing);
+      extraction.limited_by = shortfall.limited_by;
+      extraction.failures = std::move(shortfall.failures);
+    }
+    extraction.bytes_read = hierarchy.bytes_read();
+    extraction.read_requests = hierarchy.read_requests();
+    extraction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return extraction;
+  }
+}
+
+void Dataset::wait_until_loaded(const ProgressCallback& progress) const {
+  impl_->hierarchy.loader().wait_until_loaded(progress);
 }
 
 } // namespace ptet

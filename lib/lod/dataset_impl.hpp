@@ -8,7 +8,7 @@ namespace ptet {
 
 class Dataset::Impl {
 public:
-  explicit Impl(std::unique_ptr<file::Source> source);
+  Impl(std::shared_ptr<ByteSource> source, const OpenOptions& options);
 
   Hierarchy hierarchy; ///< what is read grows behind a const Dataset
   DatasetInfo info;

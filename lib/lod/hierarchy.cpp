@@ -38,8 +38,9 @@ struct Steps {
 
 } // namespace
 
-Hierarchy::Hierarchy(std::unique_ptr<file::Source> source)
-    : reader_(std::move(source)), content_(reader_.read_base()), star_box_(reader_.header().record_count) {
+Hierarchy::Hierarchy(std::shared_ptr<ByteSource> source, const OpenOptions& options)
+    : reader_(std::move(source), options), content_(reader_.read_base()), star_box_(reader_.header().record_count),
+      loader_(reader_, content_, options, [this](std::uint32_t block) { adopt(block); }) {
   std::vector<char> is_used(header().base_vertex_count, 0);
   for (std::uint32_t t = 0; t < content_.refinement.base_tet_count(); ++t)
     for (const VertexId v : content_.refinement.vertices(VersionId{t}))
@@ -48,44 +49,9 @@ Hierarchy::Hierarchy(std::unique_ptr<file::Source> source)
   base_face_count_ = content_.refinement.base_version_count() - content_.refinement.base_tet_count();
 }
 
-void Hierarchy::close(BlockSet& set, std::vector<std::uint32_t>& open) const {
-  open.clear();
-  for (std::uint32_t b = 0; b < set.size(); ++b)
-    if (set[b] != 0) open.push_back(b);
-  while (!open.empty()) {
-    const std::uint32_t b = open.back();
-    open.pop_back();
-    for (const std::uint32_t needed : blocks()[b].needs)
-      if (std::exchange(set[needed], 1) == 0) open.push_back(needed);
-  }
-}
-
-void Hierarchy::load(const BlockSet& closed) {
-  const auto missing = [&] {
-    std::vector<std::uint32_t> found;
-    for (std::uint32_t b = 0; b < closed.size(); ++b)
-      if (closed[b] != 0 && content_.block_loaded[b] == 0) found.push_back(b);
-    return found;
-  };
-  {
-    const auto shared = lock();
-    if (broken_) std::rethrow_exception(broken_);
-    if (missing().empty()) return;
-  }
-  const std::unique_lock alone(mutex_);
-  if (broken_) std::rethrow_exception(broken_);
-  const std::vector<std::uint32_t> wanted = missing();
-  try {
-    reader_.load(wanted, content_);
-    for (const std::uint32_t b : wanted) {
-      check_dependencies(blocks()[b]);
-      dispatch(content_.positions.type, [&]<class T>(T) { measure_stars<T>(blocks()[b]); });
-    }
-    content_.refinement.settle(); // once all is read
-  } catch (...) {
-    broken_ = std::current_exception();
-    throw;
-  }
+void Hierarchy::adopt(std::uint32_t block) {
+  check_dependencies(blocks()[block]);
+  dispatch(content_.positions.type, [&]<class T>(T) { measure_stars<T>(blocks()[block]); });
 }
 
 // Cuts rest on this: a threshold on monotone errors, and a prefix of the order of collapses, hold every record's
@@ -104,8 +70,10 @@ void Hierarchy::check_dependencies(const file::BlockInfo& block) const {
         holds = holds && mine[i] <= content_.monotone[parent.index() * codes + i];
     }
     if (!holds)
-      throw Error(ErrorCode::kCorruptFile,
-                  "record " + std::to_string(r) + " breaks the order of errors and dependencies", block.offset);
+      throw file::BlockError(Error(ErrorCode::kCorruptFile,
+                                   "record " + std::to_string(r) + " breaks the order of errors and dependencies",
+                                   block.offset),
+                             static_cast<std::uint32_t>(&block - blocks().data()), block.offset);
   }
 }
 

@@ -1,24 +1,20 @@
-// An opened file in memory: what has been read of it, and reading more. What is read only grows, so a cut found
-// under one lock is good under the next.
+// An opened file in memory: what has been read of it, and reading more (loader.hpp). What was read may be gone under
+// the next lock, so whoever goes on with a cut under another one asks Loader::holds().
 #pragma once
 
 #include "formats/ptet/reader.hpp"
+#include "lod/loader.hpp"
 
 #include <array>
-#include <exception>
 #include <memory>
-#include <mutex>
 #include <shared_mutex>
 #include <vector>
 
 namespace ptet {
 
-/// One flag a block.
-using BlockSet = std::vector<char>;
-
 class Hierarchy {
 public:
-  explicit Hierarchy(std::unique_ptr<file::Source> source);
+  explicit Hierarchy(std::shared_ptr<ByteSource> source, const OpenOptions& options = {});
 
   // Never changes; no lock needed.
   [[nodiscard]] const file::Header& header() const { return reader_.header(); }
@@ -31,21 +27,19 @@ public:
   [[nodiscard]] std::uint32_t used_base_vertex_count() const { return used_base_vertex_count_; }
   [[nodiscard]] std::uint32_t base_face_count() const { return base_face_count_; }
 
-  /// Adds every block that one of the set needs, directly or not.
-  void close(BlockSet& set) const {
-    std::vector<std::uint32_t> open;
-    close(set, open);
-  }
-  /// The same with memory to work in, which it keeps.
-  void close(BlockSet& set, std::vector<std::uint32_t>& open) const;
-  /// Reads what is missing of a closed set. Takes the lock itself. Throws what the reader throws, and again at every
-  /// later call.
-  void load(const BlockSet& closed);
+  [[nodiscard]] Loader& loader() { return loader_; }
+  [[nodiscard]] const Loader& loader() const { return loader_; }
+  /// See Loader.
+  void close(BlockSet& set) const { loader_.close(set); }
+  /// With memory to work in, which it keeps.
+  void close(BlockSet& set, std::vector<std::uint32_t>& open) const { loader_.close(set, open); }
+  void load(BlockSet& closed) { loader_.load(closed); }
 
   /// Hold it to look at what follows.
-  [[nodiscard]] std::shared_lock<std::shared_mutex> lock() const { return std::shared_lock(mutex_); }
+  [[nodiscard]] std::shared_lock<std::shared_mutex> lock() const { return loader_.lock(); }
   [[nodiscard]] const file::Content& content() const { return content_; }
   [[nodiscard]] std::uint64_t bytes_read() const { return reader_.bytes_read(); }
+  [[nodiscard]] std::uint64_t read_requests() const { return reader_.requests(); }
   [[nodiscard]] Point position(VertexId v) const;
   /// Bounding box of the star of the record's vertex; of a loaded record.
   [[nodiscard]] std::pair<Point, Point> star_box(RecordId r) const;
@@ -56,6 +50,7 @@ private:
     std::array<std::uint16_t, 3> min, max;
   };
 
+  void adopt(std::uint32_t block);
   void check_dependencies(const file::BlockInfo& block) const;
   template <class T>
   void measure_stars(const file::BlockInfo& block);
@@ -65,8 +60,7 @@ private:
   std::vector<StepBox> star_box_; ///< rounded outward
   std::uint32_t used_base_vertex_count_ = 0;
   std::uint32_t base_face_count_ = 0; ///< of the boundary
-  std::exception_ptr broken_;
-  mutable std::shared_mutex mutex_;
+  Loader loader_; ///< last: its thread works on what is above
 };
 
 } // namespace ptet

@@ -5,7 +5,8 @@
 namespace ptet {
 
 RunningCut::RunningCut(Hierarchy& hierarchy)
-    : hierarchy_(hierarchy), blocks_(hierarchy.blocks()), read_(blocks_.size(), 0), promised_read_(blocks_.size(), 0),
+    : hierarchy_(hierarchy), blocks_(hierarchy.blocks()), read_(blocks_.size(), 0), missing_(blocks_.size(), 0),
+      promised_read_(blocks_.size(), 0),
       is_met_(blocks_.size(), 0), promised_demand_(blocks_.size(), BlockDemand::kNone),
       wished_demand_(blocks_.size(), BlockDemand::kNone), flags_(hierarchy.header().record_count, 0),
       promised_uses_(hierarchy.header().record_count, 0), candidates_(kMaxOrderCode + std::size_t{1}) {}
@@ -30,6 +31,7 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
   if (counted_wishes || counts_wishes()) promised_changed = promised_changed || wished_changed;
   request_.budgets.max_seconds.reset();
   stopped_by_budget_ = false;
+  std::fill(missing_.begin(), missing_.end(), char{0});
   if (counts_wishes() && request_.budgets.limit_size()) return find_anew();
   if (std::exchange(is_found_anew_, false))
     for (std::uint32_t r = 0; r < flags_.size(); ++r)
@@ -63,13 +65,24 @@ std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
   found_ = std::move(found);
   is_found_anew_ = true;
   read_ = found_.read;
+  missing_ = found_.missing;
   stopped_by_budget_ = found_.limited_by == LimitedBy::kBudget;
   return lock;
 }
 
 void RunningCut::read_closed(BlockSet& set) {
   hierarchy_.close(set, open_);
+  asked_for_ = set;
   hierarchy_.load(set);
+  for (std::size_t b = 0; b < set.size(); ++b)
+    if (set[b] != asked_for_[b]) missing_[b] = 1;
+}
+
+// As in find_cut.
+bool RunningCut::waits_for_blocks() const {
+  if (std::find(missing_.begin(), missing_.end(), 1) == missing_.end()) return false;
+  const LimitedBy limit = hierarchy_.loader().explain(missing_).limited_by;
+  return limit == LimitedBy::kLoading || limit == LimitedBy::kMemory;
 }
 
 // Others may have read them, too.
@@ -182,19 +195,21 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
   while (true) {
     lock.unlock();
     choose_blocks(reach);
-    hierarchy_.load(read_);
-    lock.lock();
+    read_closed(read_);
+    lock = hierarchy_.lock();
     if (meet_new_blocks()) {
       update_promised();
       update_wished();
     }
     order_records();
     const std::optional<BudgetRank> end = find_end(budget);
-    const bool has_read_all = by_key_.empty() || reach <= by_key_.back().first;
-    if (end ? end->key >= reach : has_read_all) {
+    const bool has_read_all = by_key_.empty() || reach <= by_key_.back().first || waits_for_blocks();
+    if (has_read_all || (end && end->key >= reach)) {
       move_end(end);
       stopped_by_budget_ = end.has_value();
       choose_blocks(end ? end->key : OrderCode{0});
+      for (std::size_t b = 0; b < read_.size(); ++b)
+        read_[b] = static_cast<char>(read_[b] & hierarchy_.content().block_loaded[b]);
       return;
     }
     expected *= 2;

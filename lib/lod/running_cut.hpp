@@ -21,7 +21,8 @@ public:
   explicit RunningCut(Hierarchy& hierarchy);
 
   /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what the cut needs is in
-  /// memory while it is. Throws what Hierarchy::load throws; the cut is then that of some request between.
+  /// memory while it is. Blocks that cannot be had are left out, see Cut. Throws what Hierarchy::load throws; the cut is
+  /// then that of some request between.
   [[nodiscard]] std::shared_lock<std::shared_mutex> set(const ResolvedRequest& request);
 
   [[nodiscard]] bool contains(std::uint32_t r) const {
@@ -41,6 +42,7 @@ public:
   }
   /// See Cut.
   [[nodiscard]] const BlockSet& read() const { return read_; }
+  [[nodiscard]] const BlockSet& missing() const { return missing_; }
   [[nodiscard]] bool is_stopped_by_budget() const { return stopped_by_budget_; }
 
 private:
@@ -56,6 +58,7 @@ private:
 
   [[nodiscard]] std::shared_lock<std::shared_mutex> find_anew();
   void read_closed(BlockSet& set);
+  [[nodiscard]] bool waits_for_blocks() const;
   bool meet_new_blocks();
   void update_promised();
   void update_wished();
@@ -82,7 +85,7 @@ private:
   const std::vector<file::BlockInfo>& blocks_;
   ResolvedRequest request_; ///< the last one
   bool is_stale_ = true;    ///< what follows is not that of the last request
-  BlockSet read_, promised_read_;
+  BlockSet read_, missing_, promised_read_;
   bool stopped_by_budget_ = false;
 
   // By block.
@@ -103,6 +106,7 @@ private:
   Cut found_; ///< where it is
 
   std::vector<std::uint32_t> open_, leaving_; // scratch
+  BlockSet asked_for_;
   BlocksByOrder by_key_;
   std::vector<std::uint32_t> bucket_, by_generation_;
 };

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 namespace ptet {
@@ -24,27 +25,36 @@ double seconds_since(Clock::time_point begin) {
 class Session::Impl {
 public:
   explicit Impl(std::shared_ptr<const Dataset> dataset)
-      : dataset_(std::move(dataset)), hierarchy_(dataset_->impl().hierarchy), cut_(hierarchy_), mesh_([this] {
-          const auto lock = hierarchy_.lock();
-          return SlotMesh(hierarchy_);
-        }()),
-        errors_(hierarchy_), applied_(hierarchy_.header().record_count, 0) {}
+      : dataset_(std::move(dataset)), hierarchy_(dataset_->impl().hierarchy) {
+    start_over();
+  }
+  ~Impl() { pin(BlockSet(pinned_.size(), 0)); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   const SessionUpdate& update(const Request& request) {
     const auto begin = Clock::now();
     resolve(request, hierarchy_.header(), request_);
-    const auto lock = cut_.set(request_);
+    asked_ = request;
+    const Loader::Turn turn(hierarchy_.loader());
+    auto lock = cut_->set(request_);
+    while (!is_sound()) {
+      lock.unlock();
+      start_over();
+      lock = cut_->set(request_);
+    }
     // The first update tells of the base mesh, too.
-    if (std::exchange(is_told_, true)) mesh_.forget_changes();
+    if (std::exchange(is_told_, true)) mesh_->forget_changes();
     const std::uint64_t tets = result_.tets, vertices = result_.vertices;
     result_ = {};
     find_changes();
-    mesh_.make_room();
+    mesh_->make_room();
     result_.complete = change(request.max_milliseconds, begin);
-    cut_.drop_touched([&](std::uint32_t r) { return cut_.contains(r) != (applied_[r] != 0); });
-    mesh_.show_unused_vertices(applied_count_ == applied_.size());
-    errors_.update(applied_, cut_.read());
+    cut_->drop_touched([&](std::uint32_t r) { return cut_->contains(r) != (applied_[r] != 0); });
+    mesh_->show_unused_vertices(applied_count_ == applied_.size());
+    errors_->update(applied_, cut_->read());
     describe();
+    pin(cut_->read());
     result_.tets_added = result_.tets + result_.tets_removed - tets;
     result_.vertices_added = result_.vertices + result_.vertices_removed - vertices;
     result_.seconds = seconds_since(begin);
@@ -53,23 +63,58 @@ public:
 
   Extraction extraction() const {
     const auto begin = Clock::now();
-    const auto lock = hierarchy_.lock();
+    auto lock = hierarchy_.lock();
+    if (!is_sound()) {
+      lock.unlock();
+      return dataset_->extract(asked_);
+    }
     Extraction extraction =
-        extract_cut(hierarchy_, {applied_, applied_count_, cut_.read(), result_.limited_by}, request_);
+        extract_cut(hierarchy_, {applied_, applied_count_, cut_->read(), cut_->missing(), result_.limited_by}, request_);
+    extraction.complete = result_.complete;
+    extraction.failures = failures_;
     extraction.bytes_read = hierarchy_.bytes_read();
+    extraction.read_requests = hierarchy_.read_requests();
     extraction.seconds = seconds_since(begin);
     return extraction;
   }
 
-  [[nodiscard]] const SlotMesh& mesh() const { return mesh_; }
+  [[nodiscard]] const SlotMesh& mesh() const { return *mesh_; }
 
 private:
+  /// Whether what the session knows of the hierarchy still holds. The lock must be held.
+  [[nodiscard]] bool is_sound() const {
+    const Loader& loader = hierarchy_.loader();
+    return loader.revision() == revision_ && loader.holds(cut_->read());
+  }
+
+  // From the base mesh, as a new session does.
+  void start_over() {
+    const auto lock = hierarchy_.lock();
+    revision_ = hierarchy_.loader().revision();
+    cut_.emplace(hierarchy_);
+    mesh_.emplace(hierarchy_);
+    errors_.emplace(hierarchy_);
+    applied_.assign(hierarchy_.header().record_count, 0);
+    applied_count_ = 0;
+    result_ = {};
+    is_told_ = false;
+  }
+
+  /// What the mesh is made of stays in memory.
+  void pin(const BlockSet& set) {
+    Loader& loader = hierarchy_.loader();
+    if (!loader.is_limited()) return;
+    loader.pin(set);
+    loader.unpin(pinned_);
+    pinned_ = set;
+  }
+
   // Collapses have the children first, splits the parents.
   void find_changes() {
     collapses_.clear();
     splits_.clear();
-    for (const std::uint32_t r : cut_.touched())
-      if (cut_.contains(r) != (applied_[r] != 0)) (applied_[r] != 0 ? collapses_ : splits_).push_back(r);
+    for (const std::uint32_t r : cut_->touched())
+      if (cut_->contains(r) != (applied_[r] != 0)) (applied_[r] != 0 ? collapses_ : splits_).push_back(r);
     sort_by_generation(collapses_);
     std::reverse(collapses_.begin(), collapses_.end());
     sort_by_generation(splits_);
@@ -97,18 +142,18 @@ private:
     const auto is_time_up = [&] {
       return max_milliseconds && ++done % kBetweenLooks == 0 && 1e3 * seconds_since(begin) > *max_milliseconds;
     };
-    const std::uint64_t tets = mesh_.tet_count(), vertices = mesh_.vertex_count();
+    const std::uint64_t tets = mesh_->tet_count(), vertices = mesh_->vertex_count();
     for (const std::uint32_t r : collapses_) {
       if (is_time_up()) break;
-      mesh_.collapse(RecordId{r});
+      mesh_->collapse(RecordId{r});
       set_applied(r, false);
     }
-    result_.tets_removed = tets - mesh_.tet_count();
-    result_.vertices_removed = vertices - mesh_.vertex_count();
+    result_.tets_removed = tets - mesh_->tet_count();
+    result_.vertices_removed = vertices - mesh_->vertex_count();
     const bool is_coarse = result_.collapses == collapses_.size();
     for (const std::uint32_t r : splits_) {
       if (!is_coarse || is_time_up()) break;
-      mesh_.split(RecordId{r});
+      mesh_->split(RecordId{r});
       set_applied(r, true);
     }
     return is_coarse && result_.splits == splits_.size();
@@ -118,34 +163,46 @@ private:
     applied_[r] = applied ? 1 : 0;
     applied_count_ += applied ? 1U : ~0U;
     ++(applied ? result_.splits : result_.collapses);
-    errors_.note(r);
+    errors_->note(r);
   }
 
   void describe() {
-    result_.changed_tets = mesh_.changed_tets();
-    result_.changed_faces = mesh_.changed_faces();
-    result_.changed_vertices = mesh_.changed_vertices();
-    result_.tets = mesh_.tet_count();
-    result_.boundary_faces = mesh_.face_count();
-    result_.vertices = mesh_.vertex_count();
-    result_.field_error = errors_.field_error();
-    result_.rms_error = errors_.rms_error();
-    result_.domain_error = errors_.domain_error();
+    result_.changed_tets = mesh_->changed_tets();
+    result_.changed_faces = mesh_->changed_faces();
+    result_.changed_vertices = mesh_->changed_vertices();
+    result_.tets = mesh_->tet_count();
+    result_.boundary_faces = mesh_->face_count();
+    result_.vertices = mesh_->vertex_count();
+    result_.field_error = errors_->field_error();
+    result_.rms_error = errors_->rms_error();
+    result_.domain_error = errors_->domain_error();
+    failures_.clear();
+    const bool is_all_there = std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0;
     result_.limited_by = !result_.complete                   ? LimitedBy::kTime
                          : applied_count_ == applied_.size() ? LimitedBy::kNothing
-                         : cut_.is_stopped_by_budget()       ? LimitedBy::kBudget
+                         : cut_->is_stopped_by_budget()       ? LimitedBy::kBudget
                                                              : request_.when_met;
+    if (is_all_there) return;
+    Loader::Shortfall shortfall = hierarchy_.loader().explain(cut_->missing());
+    if (result_.complete) result_.limited_by = shortfall.limited_by;
+    result_.complete = false;
+    failures_ = std::move(shortfall.failures);
+    result_.failures = failures_;
   }
 
   std::shared_ptr<const Dataset> dataset_;
   Hierarchy& hierarchy_;
+  Request asked_; ///< last
   ResolvedRequest request_;
-  RunningCut cut_;
-  SlotMesh mesh_;
-  RunningErrors errors_;
+  std::uint64_t revision_ = 0; ///< of the hierarchy's content that the following is about
+  std::optional<RunningCut> cut_;
+  std::optional<SlotMesh> mesh_;
+  std::optional<RunningErrors> errors_;
   std::vector<char> applied_; ///< by record: what the mesh is split by
   std::uint32_t applied_count_ = 0;
   SessionUpdate result_;
+  std::vector<BlockFailure> failures_;
+  BlockSet pinned_;
   bool is_told_ = false;
   std::vector<std::uint32_t> collapses_, splits_;
   std::vector<std::uint32_t> bucket_, sorted_; // scratch

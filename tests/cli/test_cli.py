@@ -31,7 +31,7 @@ COMMANDS = {
               "--quiet"],
     "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--bytes", "--milliseconds",
                 "--focus", "--focus-error", "--focus-falloff", "--isovalue", "--values", "--view", "--pixels",
-                "--outside", "--errors", "--json"],
+                "--outside", "--errors", "--salvage", "--json"],
     "info": ["--levels", "--json"],
     "measure": ["--field", "--exact", "--samples", "--seed", "--tolerance", "--threads", "--errors", "--json"],
     "verify": ["--original", "--json"],
@@ -352,6 +352,26 @@ class Files(Case):
         damaged.write_bytes(whole + b"\0")
         self.ptet("verify", damaged.name, code=4)
 
+    def test_salvage(self):
+        whole = self.built_grid(4)
+        data = bytearray(whole.read_bytes())
+        blocks = [line for line in self.ptet("dump", whole.name).stdout.splitlines() if line.startswith("block ")]
+        offset = int(blocks[-1].split("bytes ")[1].split()[0])
+        data[offset + 3] ^= 1
+        damaged = self.folder / "damaged.ptet"
+        damaged.write_bytes(data)
+        self.refused(4, "extract", damaged.name, "-o", "out.vtu", says=["block ", f"at byte {offset}", "--salvage"])
+        self.assertFalse((self.folder / "out.vtu").exists())
+        done = self.ptet("extract", damaged.name, "--salvage", "--json", "-o", "out.vtu", code=4)
+        self.assertIn("coarser than asked", done.stderr)
+        self.assertTrue((self.folder / "out.vtu").exists())
+        report = json.loads(done.stdout)
+        self.assertEqual((report["complete"], report["limited_by"]), (False, "unreadable"))
+        self.assertEqual([failure["byte_offset"] for failure in report["failures"]], [offset])
+        full = json.loads(self.ptet("extract", whole.name, "--salvage", "--json").stdout)
+        self.assertEqual((full["complete"], full["failures"]), (True, []))
+        self.assertLess(report["tets"], full["tets"])
+
 
 class Reports(Case):
     def test_build(self):
@@ -478,8 +498,8 @@ class Reports(Case):
     def test_extract(self):
         self.built_grid(8)
         report = self.json("extract", "grid.ptet", "--field-error", "10%,bumpy=0.02", "--domain-error", "1%")
-        self.assertEqual(set(report), {"asked", "achieved", "vertices", "tets", "bytes_read", "seconds", "limited_by",
-                                       "output"})
+        self.assertEqual(set(report), {"asked", "achieved", "vertices", "tets", "bytes_read", "read_requests", "seconds",
+                                       "limited_by", "complete", "failures", "output"})
         self.assertIsNone(report["output"])
         self.assertEqual(report["limited_by"], "error")
         asked, achieved = report["asked"], report["achieved"]

@@ -4,6 +4,7 @@
 #include "formats/ptet/reader.hpp"
 #include "formats/ptet/writer.hpp"
 #include "ptet/error.hpp"
+#include "support/file_parts.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
 #include "support/stream_extras.hpp"
@@ -21,6 +22,7 @@ using namespace ptet::test;
 namespace {
 
 using Bytes = std::vector<std::byte>;
+using Parts = FileParts;
 
 file::Content load_all(file::Reader& reader) {
   file::Content content = reader.read_base();
@@ -56,88 +58,12 @@ Bytes sample_file(const TetMesh& mesh) {
   return file::encode(mesh, records, {"0.1.0", "sample", "xxh64:0", {{"option", "value"}}, {"note"}});
 }
 
-void flip(Bytes& bytes, std::size_t bit) {
-  bytes[bit / 8] ^= static_cast<std::byte>(1U << (bit % 8));
-}
-
-/// A file taken apart, so that a part can be damaged and everything hashed anew. Sections are put back uncompressed.
-struct Parts {
-  Bytes header;
-  std::vector<file::Section> sections;
-  std::vector<Bytes> raw; ///< by section
-
-  explicit Parts(const Bytes& bytes) {
-    file::ByteReader footer_reader(std::span{bytes}.last(file::kFooterBytes), "footer", 0);
-    const file::Footer footer = file::parse_footer(footer_reader);
-    file::ByteReader directory(
-        std::span{bytes}.subspan(footer.directory_offset, footer.section_count * file::kSectionBytes), "directory", 0);
-    sections = file::parse_directory(directory, footer.section_count);
-    header.assign(bytes.begin(), bytes.begin() + file::kHeaderBytes);
-    for (const file::Section& section : sections) {
-      const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(section.offset);
-      Bytes stored(first, first + static_cast<std::ptrdiff_t>(section.stored_bytes));
-      raw.push_back(is(section, file::SectionKind::kBlocks) ? stored : file::expand(section, stored));
-    }
-  }
-  static bool is(const file::Section& section, file::SectionKind kind) {
-    return section.kind == static_cast<std::uint32_t>(kind);
-  }
-  Bytes& of(file::SectionKind kind) {
-    const auto found = std::find_if(sections.begin(), sections.end(), [&](const auto& s) { return is(s, kind); });
-    return raw[static_cast<std::size_t>(found - sections.begin())];
-  }
-
-  /// Hashes the blocks anew in the table, which must be sound.
-  void mend_blocks() {
-    file::ByteReader header_reader(header, "header", 0);
-    auto fixed = file::parse_header(header_reader);
-    file::ByteReader arrays(of(file::SectionKind::kArrays), "arrays", 0);
-    static_cast<void>(file::parse_arrays(arrays, fixed));
-    file::ByteReader table(of(file::SectionKind::kTable), "table", 0);
-    const Bytes& blocks = of(file::SectionKind::kBlocks);
-    auto rows = file::parse_table(table, fixed, {0, 0, 0, blocks.size(), blocks.size(), 0});
-    for (file::TableRow& row : rows) {
-      row.hash = file::hash_of(std::span(blocks).subspan(row.info.offset, row.info.stored_bytes));
-    }
-    file::ByteWriter out;
-    file::put_table(out, rows);
-    of(file::SectionKind::kTable) = out.take();
-  }
-
-  [[nodiscard]] Bytes join() const {
-    file::ByteWriter out;
-    out.put_bytes(std::span(header).first(file::kHeaderBytes - 8));
-    out.put(file::hash_of(std::span(header).first(file::kHeaderBytes - 8)));
-    auto placed = sections;
-    for (std::size_t i = 0; i < placed.size(); ++i) {
-      placed[i].offset = out.size();
-      placed[i].stored_bytes = placed[i].raw_bytes = raw[i].size();
-      if (!is(placed[i], file::SectionKind::kBlocks)) placed[i].hash = file::hash_of(raw[i]);
-      out.put_bytes(raw[i]);
-    }
-    const std::uint64_t directory = out.size();
-    file::put_directory(out, placed);
-    const auto hash = file::hash_of(std::span(out.bytes()).subspan(directory));
-    file::put_footer(out,
-                     {directory, static_cast<std::uint32_t>(placed.size()), hash, out.size() + file::kFooterBytes});
-    return out.take();
-  }
-};
-
 /// The file with a change in a row of its table, under right hashes.
 Bytes with_row(const Bytes& bytes, std::size_t row, const std::function<void(file::BlockInfo&)>& change) {
   Parts parts(bytes);
-  file::ByteReader header_reader(parts.header, "header", 0);
-  auto fixed = file::parse_header(header_reader);
-  file::ByteReader arrays(parts.of(file::SectionKind::kArrays), "arrays", 0);
-  static_cast<void>(file::parse_arrays(arrays, fixed));
-  file::ByteReader table(parts.of(file::SectionKind::kTable), "table", 0);
-  const std::size_t size = parts.of(file::SectionKind::kBlocks).size();
-  auto rows = file::parse_table(table, fixed, {0, 0, 0, size, size, 0});
+  auto rows = parts.rows();
   change(rows.at(row).info);
-  file::ByteWriter out;
-  file::put_table(out, rows);
-  parts.of(file::SectionKind::kTable) = out.take();
+  parts.set_rows(rows);
   return parts.join();
 }
 

@@ -37,6 +37,7 @@ struct Arguments {
   std::optional<std::string> pixels;
   std::optional<std::string> outside;
   bool errors = false;
+  bool salvage = false;
   bool json = false;
 };
 
@@ -165,6 +166,19 @@ std::vector<CellArray> error_arrays(const std::string& path, const Extraction& e
   return arrays;
 }
 
+/// Why the mesh is coarser than asked; nothing when it is not.
+std::optional<Error> shortfall_of(const Extraction& extraction, bool salvage) {
+  if (extraction.complete) return std::nullopt;
+  const std::string what = salvage ? "the mesh is coarser than asked: " : "the mesh cannot be had in full: ";
+  const std::string hint = salvage ? "" : "; --salvage gives what is left, coarser";
+  if (extraction.failures.empty())
+    return Error(ErrorCode::kLimit, what + "its blocks do not fit the limit of memory" + hint);
+  const BlockFailure& first = extraction.failures.front();
+  std::string blocks = "block " + std::to_string(first.block);
+  if (extraction.failures.size() > 1) blocks += " and " + counted(extraction.failures.size() - 1, "other");
+  return Error(first.code, what + blocks + " failed, " + first.message + hint);
+}
+
 void run(const Arguments& arguments) {
   const Wishes wishes = parse(arguments);
   const OutputKind kind = kind_of(arguments.output);
@@ -180,6 +194,8 @@ void run(const Arguments& arguments) {
   outcome.request = request_for(wishes, outcome.info, arguments.errors);
   outcome.extraction = dataset->extract(outcome.request, progress.callback());
   outcome.seconds = seconds_since(begin);
+  const std::optional<Error> shortfall = shortfall_of(outcome.extraction, arguments.salvage);
+  if (shortfall && !arguments.salvage) throw *shortfall;
 
   const auto write_begin = Clock::now();
   if (kind != OutputKind::kNone) progress.stage("writing");
@@ -198,6 +214,8 @@ void run(const Arguments& arguments) {
   } else {
     print_text(outcome);
   }
+  std::cout.flush();
+  if (shortfall) throw *shortfall;
 }
 
 constexpr const char* kExamples = R"(Examples:
@@ -211,6 +229,11 @@ constexpr const char* kExamples = R"(Examples:
   ptet extract fire.ptet --view eye=9,-40,20:at=0,0,5:size=1280x720 --pixels 2 --outside 10 -o seen.vtu
   ptet extract fire.ptet --tets 20000 -o skin.stl
   ptet extract fire.ptet --field-error 0.1% --json
+  ptet extract damaged.ptet --salvage -o what_is_left.vtu
+
+A block of the file that is damaged, or cannot be read, is an error, and nothing is written. With --salvage the mesh is
+written all the same: conforming, coarser where records are missing, its errors true; the report tells the blocks, and
+the exit code is that of the error.
 
 With nothing asked the mesh is the original. X% of a field error is of the field's range, X% of a domain
 error of the bounding-box diagonal; a plain X is in the units of the field or of the mesh. Bounds and budgets may be
@@ -227,7 +250,8 @@ the length counts. --view keeps the boundary sharp to --pixels in a picture in p
 30 degrees unless it says; size 1920x1080); what is out of the picture may have --outside times the errors.
 
 --json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "rms_error": {NAME: x} | null},
-"vertices", "tets", "bytes_read", "seconds", "limited_by": "error" | "budget" | "time" | "focus" | "nothing",
+"vertices", "tets", "bytes_read", "read_requests", "seconds", "limited_by": "error" | "budget" | "time" | "focus" |
+"nothing" | "memory" | "unreadable", "complete": true | false, "failures": [{"block", "byte_offset", "message"}],
 "output"}: errors absolute, seconds for opening and extraction ("write_seconds" for the writing). With a focus, values
 or a view "achieved" has the errors there by themselves: "in_focus" and "at_values", lists in the order asked, and
 "in_view" with "pixels". The RMS error is that over the
@@ -300,6 +324,9 @@ void add_extract(CLI::App& program) {
   command->add_flag(
       "--errors", arguments->errors,
       "add for each field a cell array with the error of each\ntet (.vtu and .vtk); reads all of the file");
+  command->add_flag(
+      "--salvage", arguments->salvage,
+      "write the mesh also where blocks of the file are damaged,\ncoarser there; the exit code still tells");
   command->add_flag("--json", arguments->json, "the report as one JSON object");
   command->footer(kExamples);
   command->callback([arguments] { about_file(arguments->input, [&] { run(*arguments); }); });

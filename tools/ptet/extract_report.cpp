@@ -180,6 +180,9 @@ const char* explain(const Request& request, const Extraction& extraction) {
   case LimitedBy::kError: return "error: what was asked is reached";
   case LimitedBy::kFocus: return "focus: what it asks is reached, and nothing else is asked";
   case LimitedBy::kTime: return "time: it was up";
+  case LimitedBy::kLoading: return "loading: more blocks are on their way";
+  case LimitedBy::kMemory: return "memory: more blocks do not fit";
+  case LimitedBy::kUnreadable: return "unreadable blocks: the rest of what was asked is in them";
   case LimitedBy::kBudget:
     if (extraction.mesh.tets.size() <= request.max_tets.value_or(extraction.mesh.tets.size()) &&
         extraction.mesh.vertex_count() <= request.max_vertices.value_or(extraction.mesh.vertex_count()) &&
@@ -219,7 +222,13 @@ void print_json(const ExtractOutcome& outcome) {
   json["tets"] = extraction.mesh.tets.size();
   json["bytes_read"] = extraction.bytes_read;
   json["seconds"] = seconds;
+  json["read_requests"] = extraction.read_requests;
   json["limited_by"] = name_of(extraction.limited_by);
+  json["complete"] = extraction.complete;
+  json["failures"] = Json::array();
+  for (const BlockFailure& failure : extraction.failures)
+    json["failures"].push_back(
+        {{"block", failure.block}, {"byte_offset", failure.byte_offset}, {"message", failure.message}});
   json["output"] = output ? Json(*output) : Json(nullptr);
   if (output) json["write_seconds"] = write_seconds;
   print(json);

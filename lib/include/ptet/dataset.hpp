@@ -21,11 +21,14 @@ namespace ptet {
 
 /// What kept the mesh from being finer.
 enum class LimitedBy {
-  kNothing, ///< it is the original mesh
-  kError,   ///< the asked error was reached
-  kFocus,   ///< the focus was reached, nothing else was asked
-  kBudget,  ///< the next split does not fit the budget
-  kTime,    ///< the time was up
+  kNothing,    ///< it is the original mesh
+  kError,      ///< the asked error was reached
+  kFocus,      ///< the focus was reached, nothing else was asked
+  kBudget,     ///< the next split does not fit the budget
+  kTime,       ///< the time was up
+  kLoading,    ///< blocks that are still to be read, see OpenOptions::background; ask again
+  kMemory,     ///< blocks that do not fit OpenOptions::memory_limit or Limits::max_bytes
+  kUnreadable, ///< blocks that cannot be read or decoded, see Extraction::failures
 };
 [[nodiscard]] const char* name_of(LimitedBy limit);
 
@@ -94,29 +97,48 @@ struct Extraction {
   /// near to the eye as the error is large. 0 without a view.
   double pixels_in_view = 0;
   LimitedBy limited_by = LimitedBy::kNothing;
-  std::uint64_t bytes_read = 0; ///< from the file for this dataset so far, opening included
-  double seconds = 0;           ///< wall time of the call
+  /// Whether all blocks were there that the request depends on. If not, limited_by says why; the mesh is conforming,
+  /// coarser than asked where records are missing, and the errors stated are those of this mesh: field_error and
+  /// domain_error may be above the bounds asked. Where made_by is none, the tet may then be made by a missing record.
+  bool complete = true;
+  /// The blocks among them that could not be had, ascending.
+  std::vector<BlockFailure> failures;
+  std::uint64_t bytes_read = 0;    ///< from the source for this dataset so far, opening included
+  std::uint64_t read_requests = 0; ///< likewise: how often the source was asked
+  double seconds = 0;              ///< wall time of the call
 };
 
-/// An opened .ptet file. Shared and const: any number of threads may extract from one Dataset at a time
-/// (blocks are read under an internal lock).
+/// An opened .ptet file. Shared and const: any number of threads may extract from one Dataset at a time; while one
+/// loads blocks, those that need none go on. Where memory is limited, extractions take turns.
+///
+/// Opening throws for a damaged header, manifest, table or base mesh; a damaged block only makes the answers coarser
+/// that depend on it, see Extraction::complete.
 class Dataset {
 public:
   /// Reads header, manifest, table and base mesh; record blocks are read as cuts need them.
-  /// Throws Error: kIo, kCorruptFile (with byte offset), kLimit.
-  [[nodiscard]] static std::shared_ptr<const Dataset> open(const std::string& path);
-  /// The same over bytes in memory, which are copied.
-  [[nodiscard]] static std::shared_ptr<const Dataset> open_memory(std::vector<std::byte> bytes);
-  /// The same over a user's own source. Throws also what its functions throw.
-  [[nodiscard]] static std::shared_ptr<const Dataset> open(std::shared_ptr<ByteSource> source);
+  /// Throws Error: kIo, kCorruptFile (with byte offset), kLimit (see OpenOptions::limits).
+  [[nodiscard]] static std::shared_ptr<const Dataset> open(const std::string& path, const OpenOptions& options = {});
+  /// The same from bytes wherever they are.
+  [[nodiscard]] static std::shared_ptr<const Dataset> open(std::shared_ptr<ByteSource> source,
+                                                           const OpenOptions& options = {});
+  /// The same over bytes in memory.
+  [[nodiscard]] static std::shared_ptr<const Dataset> open_memory(std::vector<std::byte> bytes,
+                                                                  const OpenOptions& options = {});
 
   [[nodiscard]] const DatasetInfo& info() const;
 
   /// The mesh that answers `request`.
   /// Throws Error: kBadArgument (unknown field, negative or non-finite bound, empty region or interval, a view without
-  /// a direction), kCorruptFile, kIo, kCancelled. Same request, same mesh, whatever was asked before; only where time
-  /// is a budget it depends on the machine. Cost: proportional to the mesh and to the blocks first read.
+  /// a direction), kCancelled; std::bad_alloc. Same request, same mesh, whatever was asked before, as long as
+  /// Extraction::complete; only where time is a budget it depends on the machine. Cost: proportional to the mesh and to
+  /// the blocks first read.
   [[nodiscard]] Extraction extract(const Request& request, const ProgressCallback& progress = {}) const;
+
+  /// Waits until the blocks that extractions asked for are loaded, or found not to be had; see
+  /// OpenOptions::background. A budget's blocks are known one after the other: where the next extraction is still
+  /// kLoading, wait and ask again.
+  /// Throws Error(kCancelled) when `progress`, called now and then, returns false; std::bad_alloc.
+  void wait_until_loaded(const ProgressCallback& progress = {}) const;
 
   class Impl;
   explicit Dataset(std::unique_ptr<Impl> impl);

@@ -1,0 +1,156 @@
+// Which blocks are decoded, and getting more: at once or by a thread of its own, within a limit of memory, around
+// blocks that cannot be had.
+//
+//   wanted blocks, closed -> less the hopeless and what needs them -> less what does not fit the memory
+//     -> fetch -> less what failed and what needs it -> decode -> loaded, closed
+//
+// Loaded blocks are always closed under BlockInfo::needs, so whatever is left out, a closed cut less the records that
+// are not loaded is a closed cut. A block whose records turn out wrong while they are applied spoils the content: it is
+// made anew from the base mesh with what is good. Ids of records and vertices stay; versions are numbered anew.
+//
+// Locks, in the order in which they are taken: turn, loading, content. The content's is taken through a gate, so that
+// decoding, which takes it for some hundred records at a time, is not kept waiting by a stream of readers.
+#pragma once
+
+#include "formats/ptet/reader.hpp"
+#include "ptet/dataset.hpp"
+#include "ptet/source.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <shared_mutex>
+#include <thread>
+#include <vector>
+
+namespace ptet {
+
+/// One flag a block.
+using BlockSet = std::vector<char>;
+
+class Loader {
+public:
+  /// `adopt(block)` is called once a block is decoded, the content's lock held alone; what it throws, an Error, makes
+  /// the block one that cannot be had. `reader` and `content` must outlive the loader; nobody else may load.
+  Loader(file::Reader& reader, file::Content& content, const OpenOptions& options,
+         std::function<void(std::uint32_t)> adopt);
+  /// Stops the thread; waits for a read of the source that is under way.
+  ~Loader();
+  Loader(const Loader&) = delete;
+  Loader& operator=(const Loader&) = delete;
+
+  /// Hold it to look at the content. A thread must not take it twice.
+  [[nodiscard]] std::shared_lock<std::shared_mutex> lock() const;
+  /// Are all of the set loaded? The lock must be held.
+  [[nodiscard]] bool holds(const BlockSet& set) const;
+
+  /// Adds every block that one of the set needs, directly or not.
+  void close(BlockSet& set) const;
+  /// The same with memory to work in, which it keeps.
+  void close(BlockSet& set, std::vector<std::uint32_t>& open) const;
+  /// Loads a closed set and takes out of it what is not loaded then; it stays closed. With OpenOptions::background
+  /// only asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn.
+  /// Throws std::bad_alloc, nothing of the file or its source.
+  void load(BlockSet& closed);
+
+  /// Why a request that depends on blocks cannot have `missing`.
+  struct Shortfall {
+    LimitedBy limited_by = LimitedBy::kUnreadable;
+    std::vector<BlockFailure> failures; ///< by block
+  };
+  [[nodiscard]] Shortfall explain(const BlockSet& missing) const;
+
+  /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what the
+  /// thread met besides block failures.
+  void wait_until_loaded(const ProgressCallback& progress);
+
+  /// While one exists, blocks loaded by its owner are not dropped. Where memory is limited there is one at a time.
+  class Turn {
+  public:
+    explicit Turn(Loader& loader);
+    ~Turn();
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+  private:
+    Loader& loader_;
+    std::unique_lock<std::mutex> lock_;
+  };
+
+  /// Whether blocks may be dropped: not all fit the memory.
+  [[nodiscard]] bool is_limited() const { return is_limited_; }
+  /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load.
+  void pin(const BlockSet& set);
+  void unpin(const BlockSet& set);
+  /// Grows whenever the content was made anew: versions have other ids then, and, if its bytes could not be read again,
+  /// even a pinned block may be gone. The lock must be held.
+  [[nodiscard]] std::uint64_t revision() const { return revision_; }
+
+private:
+  using Clock = std::chrono::steady_clock;
+  struct Failed {
+    BlockFailure failure;
+    Clock::time_point when;
+  };
+  static constexpr std::size_t kRecordsAtOnce = 512; ///< decoded between two chances for readers
+  static constexpr std::size_t kBlocksAtOnce = 32;   ///< decoded by the thread before it looks what is asked for last
+  static constexpr std::size_t kMaxQueued = 64;
+  static constexpr int kMaxRebuilds = 16;
+  static constexpr std::chrono::seconds kRetryAfter{1}; ///< of the thread, where reading failed
+
+  template <class F>
+  decltype(auto) alone(F&& f);
+  void spoil();
+
+  void load_now(BlockSet& set);
+  void leave_out_hopeless(BlockSet& set) const;
+  void leave_out(BlockSet& set, std::vector<std::uint32_t> out, const BlockSet& loaded) const;
+  [[nodiscard]] bool make_room(BlockSet& set);
+  [[nodiscard]] BlockSet what_fits(const BlockSet& set) const;
+  [[nodiscard]] std::vector<file::FetchedBlock> fetch(BlockSet& set, const BlockSet& loaded);
+  void decode(std::vector<file::FetchedBlock> fetched);
+  bool rebuild(BlockSet keep, const BlockSet& was_loaded, bool must);
+  bool try_to_rebuild(BlockSet& keep, std::vector<file::FetchedBlock> fetched);
+  void apply_alone(std::vector<file::FetchedBlock> fetched);
+  void note(const BlockFailure& failure);
+  [[nodiscard]] std::uint64_t bytes_of(const BlockSet& set) const;
+  void keep_loaded(BlockSet& set) const;
+
+  void ask_for(const BlockSet& set);
+  void work();
+  void work_on(const BlockSet& asked);
+
+  file::Reader& reader_;
+  file::Content& content_;
+  const std::function<void(std::uint32_t)> adopt_;
+  const bool in_background_;
+  std::vector<std::vector<std::uint32_t>> needed_by_;
+  std::uint64_t room_ = 0;  ///< bytes for decoded blocks
+  bool is_limited_ = false; ///< not all blocks fit
+
+  mutable std::mutex gate_;
+  mutable std::shared_mutex content_mutex_;
+  std::uint64_t revision_ = 0;         ///< under the content's lock
+  std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew; changes under the content's lock
+
+  std::mutex turn_;
+  BlockSet in_use_; ///< by the owner of the turn
+  std::mutex loading_;
+
+  mutable std::mutex state_;
+  std::map<std::uint32_t, Failed> failed_;
+  BlockSet no_room_;
+  std::vector<std::uint32_t> pins_;
+  std::deque<BlockSet> asked_; ///< the latest first
+  bool is_working_ = false;
+  std::exception_ptr work_error_;
+  std::condition_variable has_work_, is_done_;
+  std::atomic<bool> stop_{false};
+  std::thread worker_;
+};
+
+} // namespace ptet
