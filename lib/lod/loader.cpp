@@ -45,6 +45,7 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
   room_ = options.limits.max_bytes - std::min(options.limits.max_bytes, reader.fixed_bytes());
   if (options.memory_limit > 0) room_ = std::min(room_, options.memory_limit);
   is_limited_ = bytes_of(BlockSet(needed_by_.size(), 1)) > room_;
+  takes_turns_ = is_limited_ && !in_background_;
   if (in_background_) worker_ = std::thread([this] { work(); });
 }
 
@@ -94,7 +95,7 @@ void Loader::keep_loaded(BlockSet& set) const {
 }
 
 Loader::Turn::Turn(Loader& loader) : loader_(loader) {
-  if (loader.is_limited_) lock_ = std::unique_lock(loader.turn_);
+  if (loader.takes_turns_) lock_ = std::unique_lock(loader.turn_);
 }
 
 Loader::Turn::~Turn() {
@@ -178,7 +179,7 @@ void Loader::load(BlockSet& closed) {
     }
     keep_loaded(closed);
   }
-  if (is_limited_ && !in_background_) unite(in_use_, closed);
+  if (takes_turns_) unite(in_use_, closed);
 }
 
 void Loader::load_now(BlockSet& set) {
@@ -216,7 +217,7 @@ bool Loader::make_room(BlockSet& set) {
 
 // What must stay, then of the set what there is room for, coarse blocks first.
 BlockSet Loader::what_fits(const BlockSet& set) const {
-  BlockSet keep = in_use_;
+  BlockSet keep = takes_turns_ ? in_use_ : BlockSet(set.size(), 0);
   {
     const std::lock_guard guard(state_);
     for (std::size_t b = 0; b < keep.size(); ++b)

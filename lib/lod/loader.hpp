@@ -68,7 +68,8 @@ public:
   /// thread met besides block failures.
   void wait_until_loaded(const ProgressCallback& progress);
 
-  /// While one exists, blocks loaded by its owner are not dropped. Where memory is limited there is one at a time.
+  /// While one exists, blocks loaded by its owner are not dropped. Where memory is limited there is one at a time; a
+  /// thread that loads in the background takes no heed of them.
   class Turn {
   public:
     explicit Turn(Loader& loader);
@@ -131,6 +132,7 @@ private:
   std::vector<std::vector<std::uint32_t>> needed_by_;
   std::uint64_t room_ = 0;  ///< bytes for decoded blocks
   bool is_limited_ = false; ///< not all blocks fit
+  bool takes_turns_ = false;
 
   mutable std::mutex gate_;
   mutable std::shared_mutex content_mutex_;
