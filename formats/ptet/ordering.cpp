@@ -1,5 +1,6 @@
 #include "formats/ptet/ordering.hpp"
 
+#include "formats/ptet/cells.hpp"
 #include "record/error_code.hpp"
 
 #include <algorithm>
@@ -12,6 +13,8 @@ namespace {
 
 /// A cut reads up to so many times the records it needs; finer levels would spread a focus over more blocks.
 constexpr double kLevelGrowth = 1.5;
+/// Size of a cell, all levels together. Of smaller ones a focus needs less, but there are more and shorter blocks.
+constexpr std::size_t kBlocksPerCell = 8;
 
 /// Every third bit of the result is one of the 21 bits of `x`.
 std::uint64_t spread(std::uint64_t x) {
@@ -132,6 +135,20 @@ std::vector<std::size_t> level_ends(std::size_t record_count, std::size_t base_v
   return ends;
 }
 
+/// The level of each record; returns how many levels there are.
+std::size_t number_levels(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+                          const std::vector<std::uint32_t>& generation, std::size_t base_vertices,
+                          std::vector<std::uint32_t>& level) {
+  const auto by_rank = coarse_to_fine(records, consumers, generation);
+  std::size_t begin = 0, levels = 0;
+  for (const std::size_t end : level_ends(records.size(), base_vertices)) {
+    for (; begin < end; ++begin)
+      level[by_rank[begin]] = static_cast<std::uint32_t>(levels);
+    ++levels;
+  }
+  return levels;
+}
+
 } // namespace
 
 std::vector<std::uint32_t> find_consumers(const RecordStream& records) {
@@ -151,26 +168,34 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std
   const auto generation = generations_of(records, consumers);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
 
-  const auto by_rank = coarse_to_fine(records, consumers, generation);
-  std::size_t begin = 0;
-  for (const std::size_t end : level_ends(records.size(), order.base_vertex_count)) {
-    std::vector<std::uint32_t> level(by_rank.begin() + static_cast<std::ptrdiff_t>(begin),
-                                     by_rank.begin() + static_cast<std::ptrdiff_t>(end));
-    std::sort(level.begin(), level.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return std::pair(code_of(a), a) < std::pair(code_of(b), b); });
-    // Blocks of one level differ by one record at most.
-    const std::size_t count = (level.size() + records_per_block - 1) / records_per_block;
-    for (std::size_t b = 0; b < count; ++b) {
-      const auto first = level.begin() + static_cast<std::ptrdiff_t>(level.size() * b / count);
-      const auto last = level.begin() + static_cast<std::ptrdiff_t>(level.size() * (b + 1) / count);
-      std::sort(first, last, [&](std::uint32_t x, std::uint32_t y) {
-        return std::tuple(generation[x], code_of(x), x) < std::tuple(generation[y], code_of(y), y);
-      });
-      order.blocks.push_back(
-          {static_cast<std::uint32_t>(order.stream_record.size()), static_cast<std::uint32_t>(last - first)});
-      order.stream_record.insert(order.stream_record.end(), first, last);
+  std::vector<std::uint32_t> level(records.size());
+  const std::size_t levels = number_levels(records, consumers, generation, order.base_vertex_count, level);
+  const auto cells = divide_into_cells(mesh, records, consumers, generation, kBlocksPerCell * records_per_block);
+  // By level, then by cell.
+  std::vector<std::vector<std::vector<std::uint32_t>>> pieces(levels);
+  for (const auto& cell : cells) {
+    for (auto& of_level : pieces)
+      of_level.emplace_back();
+    for (const std::uint32_t record : cell)
+      pieces[level[record]].back().push_back(record);
+  }
+  for (auto& of_level : pieces) {
+    for (auto& piece : of_level) {
+      std::sort(piece.begin(), piece.end(),
+                [&](std::uint32_t a, std::uint32_t b) { return std::pair(code_of(a), a) < std::pair(code_of(b), b); });
+      // Blocks of one piece differ by one record at most.
+      const std::size_t count = (piece.size() + records_per_block - 1) / records_per_block;
+      for (std::size_t b = 0; b < count; ++b) {
+        const auto first = piece.begin() + static_cast<std::ptrdiff_t>(piece.size() * b / count);
+        const auto last = piece.begin() + static_cast<std::ptrdiff_t>(piece.size() * (b + 1) / count);
+        std::sort(first, last, [&](std::uint32_t x, std::uint32_t y) {
+          return std::tuple(generation[x], code_of(x), x) < std::tuple(generation[y], code_of(y), y);
+        });
+        order.blocks.push_back(
+            {static_cast<std::uint32_t>(order.stream_record.size()), static_cast<std::uint32_t>(last - first)});
+        order.stream_record.insert(order.stream_record.end(), first, last);
+      }
     }
-    begin = end;
   }
   for (const std::uint32_t record : order.stream_record) {
     order.mesh_vertex.push_back(records.removed[record]);

@@ -1,6 +1,6 @@
-// The order in which a file holds vertices and records: levels by when error bounds or budgets need them, blocks of
-// records near one another within a level, the records of a block by generation and again by nearness. PTET.md,
-// "Order".
+// The order in which a file holds vertices and records: levels by when error bounds or budgets need them, in a level by
+// cells in space that need few others (cells.hpp), cut in blocks, the records of a block by generation and by nearness.
+// PTET.md, "Order".
 #pragma once
 
 #include "ptet/mesh.hpp"
