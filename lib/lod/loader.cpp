@@ -340,6 +340,7 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
   content_.arrays = {};
   content_ = reader_.read_base();
   std::vector<std::uint32_t> blocks;
+  blocks.reserve(fetched.size());
   for (const file::FetchedBlock& block : fetched)
     blocks.push_back(block.block);
   if (!fetched.empty()) {
