@@ -79,5 +79,5 @@ TEST_CASE("cells: the finest block of a long mesh needs but a part of it") {
     }
     needed += static_cast<double>(std::count(in.begin(), in.end(), 1));
   }
-  CHECK(needed / static_cast<double>(order.blocks.size()) < 0.6 * static_cast<double>(order.blocks.size()));
+  CHECK(needed / static_cast<double>(order.blocks.size()) < 0.35 * static_cast<double>(order.blocks.size()));
 }
