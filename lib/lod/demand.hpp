@@ -38,7 +38,8 @@ enum class BlockDemand { kNone, kSome, kAll };
 struct WantAll {
   friend bool operator==(const WantAll&, const WantAll&) = default;
 };
-/// The splits of records in whose star an error passes its limit in the region; with no limits all there.
+/// The splits of records the box of whose star meets the region and whose errors pass their limits; with no limits all
+/// there.
 struct WantInside {
   Region region;
   CodeLimits limits;

@@ -5,18 +5,21 @@
 namespace ptet {
 
 RunningErrors::RunningErrors(const Hierarchy& hierarchy)
-    : hierarchy_(hierarchy), codes_(hierarchy.errors_per_record()), is_known_(hierarchy.blocks().size(), 0),
-      most_(hierarchy.blocks().size() * codes_),
+    : hierarchy_(hierarchy), codes_(hierarchy.errors_per_record()),
+      is_changed_(hierarchy.header().record_count / kRecordsNoted + std::size_t{1}, 0),
+      is_known_(hierarchy.blocks().size(), 0), most_(hierarchy.blocks().size() * codes_),
       squared_(hierarchy.header().has_squared_errors ? hierarchy.blocks().size() * (codes_ - 1) : 0),
-      field_error_(codes_ - 1), rms_error_(hierarchy.header().has_squared_errors ? codes_ - 1 : 0) {
-  for (const file::BlockInfo& block : hierarchy.blocks())
-    first_record_.push_back(block.first_record);
-}
+      field_error_(codes_ - 1), rms_error_(hierarchy.header().has_squared_errors ? codes_ - 1 : 0) {}
 
-std::size_t RunningErrors::block_of(std::uint32_t r) const {
-  return static_cast<std::size_t>(std::upper_bound(first_record_.begin(), first_record_.end(), r) -
-                                  first_record_.begin()) -
-         1;
+// Blocks are not looked for record by record: that would take longer than a split.
+void RunningErrors::forget_changed() {
+  for (std::size_t b = 0; b < is_known_.size(); ++b) {
+    const file::BlockInfo& block = hierarchy_.blocks()[b];
+    const auto first = is_changed_.begin() + block.first_record / kRecordsNoted;
+    const auto last = is_changed_.begin() + (block.first_record + block.record_count - 1) / kRecordsNoted;
+    if (std::find(first, last + 1, 1) != last + 1) is_known_[b] = 0;
+  }
+  std::fill(is_changed_.begin(), is_changed_.end(), 0);
 }
 
 void RunningErrors::measure(std::size_t b, const std::vector<char>& applied) {
@@ -35,6 +38,7 @@ void RunningErrors::measure(std::size_t b, const std::vector<char>& applied) {
 void RunningErrors::update(const std::vector<char>& applied, const BlockSet& read) {
   const std::size_t fields = codes_ - 1;
   const bool has_squares = !squared_.empty();
+  forget_changed();
   for (std::size_t b = 0; b < is_known_.size(); ++b) {
     if (is_known_[b] != 0) continue;
     is_known_[b] = 1;

@@ -18,7 +18,7 @@ public:
   explicit RunningErrors(const Hierarchy& hierarchy);
 
   /// To be called when record `r` came into the cut or went out.
-  void note(std::uint32_t r) { is_known_[block_of(r)] = 0; }
+  void note(std::uint32_t r) { is_changed_[r / kRecordsNoted] = 1; }
   /// `applied`: by record; `read`: by block. The lock must be held.
   void update(const std::vector<char>& applied, const BlockSet& read);
 
@@ -28,16 +28,18 @@ public:
   [[nodiscard]] double domain_error() const { return domain_error_; }
 
 private:
-  [[nodiscard]] std::size_t block_of(std::uint32_t r) const;
+  static constexpr std::uint32_t kRecordsNoted = 256;
+
+  void forget_changed();
   void measure(std::size_t block, const std::vector<char>& applied);
   [[nodiscard]] ErrorCode16 largest(std::size_t code, const std::vector<char>& applied, const BlockSet& read) const;
 
   const Hierarchy& hierarchy_;
   std::size_t codes_;
-  std::vector<std::uint32_t> first_record_; ///< by block
-  std::vector<char> is_known_;              ///< by block: the two below are those of the cut
-  std::vector<ErrorCode16> most_;           ///< by block and code: largest own error of the records not in the cut
-  std::vector<SquaredErrorSum> squared_;    ///< by block and field
+  std::vector<char> is_changed_;         ///< by kRecordsNoted records
+  std::vector<char> is_known_;           ///< by block: the two below are those of the cut
+  std::vector<ErrorCode16> most_;        ///< by block and code: largest own error of the records not in the cut
+  std::vector<SquaredErrorSum> squared_; ///< by block and field
   std::vector<double> field_error_, rms_error_;
   double domain_error_ = 0;
 };

@@ -143,20 +143,26 @@ private:
       return max_milliseconds && ++done % kBetweenLooks == 0 && 1e3 * seconds_since(begin) > *max_milliseconds;
     };
     const std::uint64_t tets = mesh_->tet_count(), vertices = mesh_->vertex_count();
-    for (const std::uint32_t r : collapses_) {
-      if (is_time_up()) break;
-      mesh_->collapse(RecordId{r});
-      set_applied(r, false);
+    for (std::size_t i = 0; i < collapses_.size() && !is_time_up(); ++i) {
+      fetch_ahead(collapses_, i);
+      mesh_->collapse(RecordId{collapses_[i]});
+      set_applied(collapses_[i], false);
     }
     result_.tets_removed = tets - mesh_->tet_count();
     result_.vertices_removed = vertices - mesh_->vertex_count();
     const bool is_coarse = result_.collapses == collapses_.size();
-    for (const std::uint32_t r : splits_) {
-      if (!is_coarse || is_time_up()) break;
-      mesh_->split(RecordId{r});
-      set_applied(r, true);
+    for (std::size_t i = 0; is_coarse && i < splits_.size() && !is_time_up(); ++i) {
+      fetch_ahead(splits_, i);
+      mesh_->split(RecordId{splits_[i]});
+      set_applied(splits_[i], true);
     }
     return is_coarse && result_.splits == splits_.size();
+  }
+
+  void fetch_ahead(const std::vector<std::uint32_t>& records, std::size_t i) const {
+    constexpr std::size_t kPlaces = 12, kSlots = 6; // records ahead
+    if (i + kPlaces < records.size()) mesh_->fetch_places(RecordId{records[i + kPlaces]});
+    if (i + kSlots < records.size()) mesh_->fetch_slots(RecordId{records[i + kSlots]});
   }
 
   void set_applied(std::uint32_t r, bool applied) {

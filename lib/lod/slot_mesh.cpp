@@ -133,6 +133,20 @@ void SlotMesh::replace(Place place, std::uint32_t from, std::uint32_t to) {
   }
 }
 
+void SlotMesh::fetch_places(RecordId r) const {
+  for (const Place place : hierarchy_.content().refinement.modified(r))
+    __builtin_prefetch(&slot_of_place_[place.index()]);
+}
+
+void SlotMesh::fetch_slots(RecordId r) const {
+  for (const Place place : hierarchy_.content().refinement.modified(r)) {
+    const std::uint32_t slot = slot_of_place_[place.index()];
+    if (place.is_ghost() || slot == kUnused) continue; // of a split that is yet to come
+    __builtin_prefetch(&tets_.rows[slot]);
+    __builtin_prefetch(&tets_.changed_at[slot]);
+  }
+}
+
 void SlotMesh::split(RecordId r) {
   const Refinement& refinement = hierarchy_.content().refinement;
   const std::uint32_t u = slot_of_vertex_[refinement.target(r).index()];

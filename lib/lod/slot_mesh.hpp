@@ -29,6 +29,9 @@ public:
   void split(RecordId r);
   /// `r` is split, none of those that depend on it is.
   void collapse(RecordId r);
+  /// What changing `r` soon will look at lies all over memory: asks for it ahead, in two steps.
+  void fetch_places(RecordId r) const;
+  void fetch_slots(RecordId r) const;
   /// Whether the vertices that no tet of the base uses are there, too, as they are in the original.
   void show_unused_vertices(bool shown);
 

@@ -7,11 +7,33 @@
 #include "support/session_checks.hpp"
 #include "support/stream_extras.hpp"
 
+#include <atomic>
+#include <cstdlib>
+#include <new>
 #include <thread>
 
 #include <catch2/catch.hpp>
 
 using namespace ptet;
+
+namespace {
+
+std::atomic<long> allocations{0};
+
+} // namespace
+
+// Every allocation of this program, counted.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 namespace {
 
@@ -125,5 +147,37 @@ TEST_CASE("sessions of many threads share a dataset") {
     other.join();
     for (const std::string& difference : found)
       CHECK(difference == "");
+  }
+}
+
+TEST_CASE("a session that has seen its requests allocates nothing") {
+  for (const Sample& sample : samples()) {
+    INFO(sample.name);
+    const auto shared = Dataset::open_memory(sample.bytes);
+    const DatasetInfo& info = shared->info();
+    std::vector<Request> requests;
+    for (int i = 0; i < 60; ++i) {
+      Request request;
+      const double way = i / 59.0;
+      Point centre{};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        centre[axis] = info.box_min[axis] + way * (info.box_max[axis] - info.box_min[axis]);
+      request.focus = {Sphere{centre, 0.1 * info.diagonal}};
+      if (i % 3 == 0) request.field_error = {{"", {0.05 + 0.01 * (i % 7), true}}};
+      if (i % 3 == 1) request.max_tets = info.tets / 3;
+      requests.push_back(request);
+    }
+    Session session(shared);
+    std::uint64_t changes = 0;
+    for (int round = 0; round < 2; ++round)
+      for (const Request& request : requests)
+        session.update(request);
+    const long before = allocations;
+    for (const Request& request : requests) {
+      const SessionUpdate& update = session.update(request);
+      changes += update.splits + update.collapses;
+    }
+    CHECK(allocations == before);
+    CHECK(changes > 100);
   }
 }
