@@ -229,3 +229,50 @@ TEST_CASE("refinement: a split may wait for others, which are parents then like 
   CHECK(split_again(2, {RecordId{0}}) == std::vector{RecordId{0}, RecordId{1}});
   CHECK(r.validate() == "");
 }
+
+// Many tets around the edge (0, 1); vertex 44 takes over most of them from vertex 0. Its link has more vertices than
+// the packed triangles of a settled refinement can tell.
+TEST_CASE("refinement: what is kept when settled is what was there") {
+  constexpr std::uint32_t kAround = 42, kNew = kAround + 2;
+  std::vector<Tet> tets;
+  for (std::uint32_t i = 0; i < kAround; ++i)
+    tets.push_back(tet(0, 1, 2 + i, 2 + (i + 1) % kAround));
+  for (const std::uint32_t wanted : {3U, 36U}) {
+    INFO(wanted);
+    Refinement r(tets, kNew, 1);
+    const VersionId seed{0};
+    r.split(RecordId{0}, VertexId{0}, std::span(&seed, 1),
+            [&](const GrowthFace& face) { return !r.is_ghost(face.behind) && face.region_size < wanted; });
+    REQUIRE(r.validate().empty());
+    REQUIRE(r.modified(RecordId{0}).size() == wanted);
+    // In each of its places stands what split() left there.
+    const std::uint32_t base_places = r.base_version_count();
+    std::vector<std::array<VertexId, 3>> triangles;
+    for (std::uint32_t k = 0; k < wanted; ++k) {
+      const Tet& fine = r.vertices(VersionId{r.first_fine(RecordId{0}).index() + k});
+      triangles.push_back(r.link_triangle(RecordId{0}, k));
+      CHECK(fine == Tet{VertexId{kNew}, triangles[k][0], triangles[k][1], triangles[k][2]});
+      CHECK(r.modified(RecordId{0})[k].index() < base_places);
+      CHECK_FALSE(r.modified(RecordId{0})[k].is_ghost());
+    }
+    std::set<Tet> rim, expected;
+    const auto around = r.rim(RecordId{0});
+    for (std::size_t i = 0; i < around.size(); ++i)
+      rim.insert(
+          test::sorted_keeping_orientation({VertexId{kNew}, VertexId{0}, around[i], around[(i + 1) % around.size()]}));
+    for (std::uint32_t k = wanted; k < r.fine_count(RecordId{0}); ++k)
+      expected.insert(test::sorted_keeping_orientation(r.vertices(VersionId{r.first_fine(RecordId{0}).index() + k})));
+    CHECK(rim == expected);
+
+    const std::vector<VertexId> before(around.begin(), around.end());
+    r.settle();
+    REQUIRE(r.is_settled());
+    CHECK(std::equal(before.begin(), before.end(), r.rim(RecordId{0}).begin(), r.rim(RecordId{0}).end()));
+    CHECK(r.place_count() == base_places + before.size());
+    CHECK(r.rim_place(RecordId{0}) == base_places);
+    for (std::uint32_t k = 0; k < wanted; ++k)
+      CHECK(r.link_triangle(RecordId{0}, k) == triangles[k]);
+    CHECK(r.base_kinds(RecordId{0}) == kHasTets);
+    CHECK(r.vertices(VersionId{0}) == tets[0]);
+  }
+}
