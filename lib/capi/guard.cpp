@@ -17,18 +17,6 @@ struct ptet_error {
 namespace ptet::capi {
 namespace {
 
-ptet_status status_of(ErrorCode code) {
-  switch (code) {
-  case ErrorCode::kBadArgument: return PTET_BAD_ARGUMENT;
-  case ErrorCode::kBadInput: return PTET_BAD_INPUT;
-  case ErrorCode::kCorruptFile: return PTET_CORRUPT_FILE;
-  case ErrorCode::kLimit: return PTET_LIMIT;
-  case ErrorCode::kIo: return PTET_IO_ERROR;
-  case ErrorCode::kCancelled: return PTET_CANCELLED;
-  }
-  return PTET_INTERNAL_ERROR;
-}
-
 /// Handed out when there is no memory for another; never freed. Short enough to need no memory of its own.
 ptet_error& out_of_memory() noexcept {
   static ptet_error error{PTET_OUT_OF_MEMORY, "out of memory", {}};
@@ -47,6 +35,18 @@ ptet_status put(ptet_error** error, ptet_status status, const char* message,
 }
 
 } // namespace
+
+ptet_status status_of(ErrorCode code) {
+  switch (code) {
+  case ErrorCode::kBadArgument: return PTET_BAD_ARGUMENT;
+  case ErrorCode::kBadInput: return PTET_BAD_INPUT;
+  case ErrorCode::kCorruptFile: return PTET_CORRUPT_FILE;
+  case ErrorCode::kLimit: return PTET_LIMIT;
+  case ErrorCode::kIo: return PTET_IO_ERROR;
+  case ErrorCode::kCancelled: return PTET_CANCELLED;
+  }
+  return PTET_INTERNAL_ERROR;
+}
 
 ptet_status report_exception(ptet_error** error) noexcept {
   try {

@@ -15,6 +15,8 @@ namespace ptet::capi {
 /// Called while an exception is being handled: its status, and its error object at `error` unless that is nullptr.
 ptet_status report_exception(ptet_error** error) noexcept;
 
+[[nodiscard]] ptet_status status_of(ErrorCode code);
+
 /// Runs the body of a function that may fail.
 template <class Body>
 ptet_status guarded(ptet_error** error, Body&& body) noexcept {

@@ -44,15 +44,30 @@ private:
 };
 
 /// By their numbers in ptet.h, which stay as they are.
-constexpr std::array kLimits{LimitedBy::kNothing, LimitedBy::kError, LimitedBy::kFocus, LimitedBy::kBudget,
-                             LimitedBy::kTime};
+constexpr std::array kLimits{LimitedBy::kNothing, LimitedBy::kError,   LimitedBy::kFocus,  LimitedBy::kBudget,
+                             LimitedBy::kTime,    LimitedBy::kLoading, LimitedBy::kMemory, LimitedBy::kUnreadable};
+
+OpenOptions options_from(const ptet_open_options* given) {
+  OpenOptions options;
+  if (given == nullptr) return options;
+  const ptet_open_options taken = take(given, "the options");
+  const auto unless_zero = [](std::uint64_t& to, std::uint64_t value) { to = value == 0 ? to : value; };
+  options.memory_limit = taken.memory_limit;
+  options.max_gap = taken.max_gap;
+  options.background = taken.background != 0;
+  unless_zero(options.limits.max_bytes, taken.max_bytes);
+  unless_zero(options.limits.max_vertices, taken.max_vertices);
+  unless_zero(options.limits.max_tets, taken.max_tets);
+  return options;
+}
 
 template <class Open>
-ptet_status open_dataset(ptet_dataset** dataset, ptet_error** error, Open&& open) noexcept {
+ptet_status open_dataset(const ptet_open_options* options, ptet_dataset** dataset, ptet_error** error,
+                         Open&& open) noexcept {
   if (dataset != nullptr) *dataset = nullptr;
   return guarded(error, [&] {
     (void)required(dataset, "where to put the dataset");
-    *dataset = std::make_unique<ptet_dataset>(ptet_dataset{open()}).release();
+    *dataset = std::make_unique<ptet_dataset>(ptet_dataset{open(options_from(options))}).release();
   });
 }
 
@@ -135,26 +150,31 @@ const PointArray& array_at(std::span<const PointArray> arrays, std::uint32_t fie
 
 // ---- Datasets
 
-ptet_status ptet_dataset_open(const char* path, ptet_dataset** dataset, ptet_error** error) {
-  return open_dataset(dataset, error, [&] { return Dataset::open(std::string(&required(path, "the path"))); });
-}
-
-ptet_status ptet_dataset_open_memory(const void* bytes, uint64_t size, ptet_dataset** dataset, ptet_error** error) {
-  return open_dataset(dataset, error, [&] {
-    if (size > 0) (void)required(static_cast<const std::byte*>(bytes), "the memory");
-    const auto* const first = static_cast<const std::byte*>(bytes);
-    return Dataset::open_memory(std::vector<std::byte>(first, first + size));
+ptet_status ptet_dataset_open(const char* path, const ptet_open_options* options, ptet_dataset** dataset,
+                              ptet_error** error) {
+  return open_dataset(options, dataset, error, [&](const OpenOptions& with) {
+    return Dataset::open(std::string(&required(path, "the path")), with);
   });
 }
 
-ptet_status ptet_dataset_open_source(const ptet_source* source, ptet_dataset** dataset, ptet_error** error) {
-  return open_dataset(dataset, error, [&] {
+ptet_status ptet_dataset_open_memory(const void* bytes, uint64_t size, const ptet_open_options* options,
+                                     ptet_dataset** dataset, ptet_error** error) {
+  return open_dataset(options, dataset, error, [&](const OpenOptions& with) {
+    if (size > 0) (void)required(static_cast<const std::byte*>(bytes), "the memory");
+    const auto* const first = static_cast<const std::byte*>(bytes);
+    return Dataset::open_memory(std::vector<std::byte>(first, first + size), with);
+  });
+}
+
+ptet_status ptet_dataset_open_source(const ptet_source* source, const ptet_open_options* options,
+                                     ptet_dataset** dataset, ptet_error** error) {
+  return open_dataset(options, dataset, error, [&](const OpenOptions& with) {
     const ptet_source given = take(source, "the source");
     if (given.read == nullptr) refuse("the source has no read function");
     auto* const made = new (std::nothrow) CallbackSource(given);
     if (made == nullptr && given.release != nullptr) given.release(given.user);
     if (made == nullptr) throw std::bad_alloc();
-    return Dataset::open(std::shared_ptr<ByteSource>(made));
+    return Dataset::open(std::shared_ptr<ByteSource>(made), with);
   });
 }
 
@@ -211,6 +231,12 @@ int32_t ptet_dataset_find_field(const ptet_dataset* dataset, const char* name) {
 
 const char* ptet_dataset_provenance(const ptet_dataset* dataset) {
   return dataset == nullptr ? "" : dataset->data->info().provenance_json.c_str();
+}
+
+ptet_status ptet_dataset_wait_until_loaded(const ptet_dataset* dataset, ptet_progress_callback progress, void* user,
+                                           ptet_error** error) {
+  return guarded(error,
+                 [&] { required(dataset, "the dataset").data->wait_until_loaded(progress_through(progress, user)); });
 }
 
 // ---- Requests
@@ -377,7 +403,25 @@ ptet_status ptet_extraction_get_info(const ptet_extraction* extraction, ptet_ext
     filled.domain_error = of.domain_error;
     filled.bytes_read = of.bytes_read;
     filled.seconds = of.seconds;
+    filled.read_requests = of.read_requests;
+    filled.failures = static_cast<std::uint32_t>(of.failures.size());
+    filled.complete = of.complete ? 1 : 0;
     fill(info, filled, "the extraction info");
+  });
+}
+
+ptet_status ptet_extraction_get_failure(const ptet_extraction* extraction, uint32_t failure, ptet_block_failure* info,
+                                        ptet_error** error) {
+  return guarded(error, [&] {
+    const std::vector<BlockFailure>& failures = required(extraction, "the extraction").extraction.failures;
+    if (failure >= failures.size())
+      refuse("there is no failure " + std::to_string(failure) + ": there are " + std::to_string(failures.size()));
+    ptet_block_failure filled{};
+    filled.message = failures[failure].message.c_str();
+    filled.byte_offset = failures[failure].byte_offset;
+    filled.block = failures[failure].block;
+    filled.status = status_of(failures[failure].code);
+    fill(info, filled, "the failure");
   });
 }
 

@@ -241,7 +241,7 @@ static void test_builder_limits(void) {
   SUCCEEDS(ptet_builder_set_source(builder, "a block", NULL, &error));
   ptet_bytes* bytes = build(builder);
   ptet_dataset* dataset = NULL;
-  SUCCEEDS(ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), &dataset, &error));
+  SUCCEEDS(ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), NULL, &dataset, &error));
   ptet_bytes_free(bytes); /* the dataset has its own copy */
   ptet_builder_free(builder);
   REQUIRE(dataset != NULL);
@@ -294,14 +294,14 @@ static void test_build_file(const ptet_builder* builder, const ptet_bytes* expec
   CHECK(report.file_bytes == ptet_bytes_size(expected));
 
   ptet_dataset *from_file = NULL, *none = NULL;
-  SUCCEEDS(ptet_dataset_open(path, &from_file, &error));
+  SUCCEEDS(ptet_dataset_open(path, NULL, &from_file, &error));
   ptet_dataset_info info = {.struct_size = sizeof info};
   SUCCEEDS(ptet_dataset_get_info(from_file, &info, &error));
   CHECK(info.file_bytes == ptet_bytes_size(expected) && info.vertices == POINTS);
   ptet_dataset_free(from_file);
-  FAILS(PTET_IO_ERROR, "no_such_file", ptet_dataset_open("no_such_file.ptet", &none, &error));
-  FAILS(PTET_BAD_ARGUMENT, "path is NULL", ptet_dataset_open(NULL, &none, &error));
-  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_open(path, NULL, &error));
+  FAILS(PTET_IO_ERROR, "no_such_file", ptet_dataset_open("no_such_file.ptet", NULL, &none, &error));
+  FAILS(PTET_BAD_ARGUMENT, "path is NULL", ptet_dataset_open(NULL, NULL, &none, &error));
+  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_open(path, NULL, NULL, &error));
   CHECK(none == NULL);
   remove(path);
 }
@@ -311,32 +311,39 @@ static void test_corrupt_memory(const ptet_bytes* bytes) {
   unsigned char* spoilt = malloc(size);
   REQUIRE(spoilt != NULL);
   ptet_dataset* dataset = NULL;
-  FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_dataset_open_memory(NULL, 1, &dataset, &error));
-  FAILS(PTET_CORRUPT_FILE, "short", ptet_dataset_open_memory(NULL, 0, &dataset, &error));
-  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_open_memory(spoilt, size, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_dataset_open_memory(NULL, 1, NULL, &dataset, &error));
+  FAILS(PTET_CORRUPT_FILE, "short", ptet_dataset_open_memory(NULL, 0, NULL, &dataset, &error));
+  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_open_memory(spoilt, size, NULL, NULL, &error));
   memcpy(spoilt, ptet_bytes_data(bytes), size);
-  FAILS(PTET_CORRUPT_FILE, "", ptet_dataset_open_memory(spoilt, size - 1, &dataset, &error));
-  FAILS(PTET_CORRUPT_FILE, "", ptet_dataset_open_memory(spoilt, 20, &dataset, &error));
+  FAILS(PTET_CORRUPT_FILE, "", ptet_dataset_open_memory(spoilt, size - 1, NULL, &dataset, &error));
+  FAILS(PTET_CORRUPT_FILE, "", ptet_dataset_open_memory(spoilt, 20, NULL, &dataset, &error));
   memset(spoilt, 0, 16);
-  ptet_error* error = NULL;
-  CHECK(ptet_dataset_open_memory(spoilt, size, &dataset, &error) == PTET_CORRUPT_FILE);
-  CHECK(ptet_error_offset(error) < size);
-  ptet_error_free(error);
+  ptet_error* refusal = NULL;
+  CHECK(ptet_dataset_open_memory(spoilt, size, NULL, &dataset, &refusal) == PTET_CORRUPT_FILE);
+  CHECK(ptet_error_offset(refusal) < size);
+  ptet_error_free(refusal);
   CHECK(dataset == NULL);
 
   /* Wherever a byte is spoilt, it is found when the file is opened or when all of it is asked for. */
   for (uint64_t at = 0; at < size; at += 97) {
     memcpy(spoilt, ptet_bytes_data(bytes), size);
     spoilt[at] ^= 0x10;
-    ptet_status status = ptet_dataset_open_memory(spoilt, size, &dataset, NULL);
-    CHECK((status == PTET_OK) == (dataset != NULL));
-    if (status == PTET_OK) {
+    ptet_status found = ptet_dataset_open_memory(spoilt, size, NULL, &dataset, NULL);
+    CHECK((found == PTET_OK) == (dataset != NULL));
+    if (found == PTET_OK) {
       ptet_extraction* extraction = NULL;
-      status = ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, NULL);
-      CHECK((status == PTET_OK) == (extraction != NULL));
+      SUCCEEDS(ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error));
+      ptet_extraction_info info = {.struct_size = sizeof info};
+      ptet_block_failure failure = {.struct_size = sizeof failure};
+      SUCCEEDS(ptet_extraction_get_info(extraction, &info, &error));
+      CHECK(info.complete == 0 && info.failures > 0 && info.tets < TETS);
+      CHECK(info.limited_by == PTET_LIMITED_BY_UNREADABLE);
+      SUCCEEDS(ptet_extraction_get_failure(extraction, 0, &failure, &error));
+      CHECK(failure.status == PTET_CORRUPT_FILE && failure.byte_offset <= at && strlen(failure.message) > 0);
       ptet_extraction_free(extraction);
+      found = failure.status;
     }
-    CHECK(status == PTET_CORRUPT_FILE || status == PTET_LIMIT);
+    CHECK(found == PTET_CORRUPT_FILE || found == PTET_LIMIT);
     ptet_dataset_free(dataset);
   }
   free(spoilt);
@@ -367,43 +374,64 @@ static void test_source(const ptet_bytes* bytes) {
   struct memory memory = {ptet_bytes_data(bytes), ptet_bytes_size(bytes), 0, 0, 0};
   ptet_source source = {sizeof source, memory.size, &memory, read_memory, release_memory};
   ptet_dataset* dataset = NULL;
-  SUCCEEDS(ptet_dataset_open_source(&source, &dataset, &error));
+  SUCCEEDS(ptet_dataset_open_source(&source, NULL, &dataset, &error));
   const uint64_t reads = memory.reads;
   CHECK(reads > 0);
   ptet_extraction* extraction = NULL;
   memory.answer = -5;
-  FAILS(PTET_IO_ERROR, "-5", ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error));
-  CHECK(extraction == NULL && memory.reads == reads + 1);
-  ptet_dataset_free(dataset);
-  CHECK(memory.released == 1);
-  memory.answer = 0;
-  memory.released = 0;
-  SUCCEEDS(ptet_dataset_open_source(&source, &dataset, &error));
+  ptet_extraction_info info = {.struct_size = sizeof info};
+  ptet_block_failure failure = {.struct_size = sizeof failure};
+  SUCCEEDS(ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error)); /* without what cannot be had */
+  SUCCEEDS(ptet_extraction_get_info(extraction, &info, &error));
+  CHECK(info.complete == 0 && info.failures > 0 && info.tets < TETS && memory.reads > reads);
+  SUCCEEDS(ptet_extraction_get_failure(extraction, 0, &failure, &error));
+  CHECK(failure.status == PTET_IO_ERROR && strstr(failure.message, "-5") != NULL);
+  FAILS(PTET_BAD_ARGUMENT, "no failure", ptet_extraction_get_failure(extraction, info.failures, &failure, &error));
+  FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_extraction_get_failure(extraction, 0, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "extraction is NULL", ptet_extraction_get_failure(NULL, 0, &failure, &error));
+  ptet_extraction_free(extraction);
+  memory.answer = 0; /* it can be had again */
   SUCCEEDS(ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error));
   CHECK(memory.released == 0);
   ptet_dataset_free(dataset);
   CHECK(memory.released == 1);
-  ptet_extraction_info info = {.struct_size = sizeof info};
   SUCCEEDS(ptet_extraction_get_info(extraction, &info, &error)); /* it outlives its dataset */
-  CHECK(info.tets == TETS);
+  CHECK(info.tets == TETS && info.complete == 1 && info.failures == 0);
   ptet_extraction_free(extraction);
 
   memory.released = 0;
   memory.answer = 9;
-  FAILS(PTET_IO_ERROR, "9", ptet_dataset_open_source(&source, &dataset, &error));
+  FAILS(PTET_IO_ERROR, "9", ptet_dataset_open_source(&source, NULL, &dataset, &error));
   CHECK(dataset == NULL && memory.released == 1);
   memory.answer = 0;
   memory.released = 0;
   source.release = NULL;
-  SUCCEEDS(ptet_dataset_open_source(&source, &dataset, &error));
+  SUCCEEDS(ptet_dataset_open_source(&source, NULL, &dataset, &error));
   ptet_dataset_free(dataset);
   CHECK(memory.released == 0);
+  ptet_open_options options = {.struct_size = sizeof options, .background = 1};
+  SUCCEEDS(ptet_dataset_open_source(&source, &options, &dataset, &error));
+  for (int tries = 0; tries < 100; ++tries) {
+    SUCCEEDS(ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error));
+    SUCCEEDS(ptet_extraction_get_info(extraction, &info, &error));
+    ptet_extraction_free(extraction);
+    if (info.complete) break;
+    CHECK(info.limited_by == PTET_LIMITED_BY_LOADING);
+    SUCCEEDS(ptet_dataset_wait_until_loaded(dataset, NULL, NULL, &error));
+  }
+  CHECK(info.complete == 1 && info.tets == TETS && info.read_requests > 0);
+  ptet_dataset_free(dataset);
+  FAILS(PTET_BAD_ARGUMENT, "dataset is NULL", ptet_dataset_wait_until_loaded(NULL, NULL, NULL, &error));
+  options.max_vertices = 10;
+  FAILS(PTET_LIMIT, "", ptet_dataset_open_source(&source, &options, &dataset, &error));
+  options.struct_size = 3;
+  FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_dataset_open_source(&source, &options, &dataset, &error));
   source.read = NULL;
-  FAILS(PTET_BAD_ARGUMENT, "read", ptet_dataset_open_source(&source, &dataset, &error));
+  FAILS(PTET_BAD_ARGUMENT, "read", ptet_dataset_open_source(&source, NULL, &dataset, &error));
   source.struct_size = 8;
-  FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_dataset_open_source(&source, &dataset, &error));
-  FAILS(PTET_BAD_ARGUMENT, "source is NULL", ptet_dataset_open_source(NULL, &dataset, &error));
-  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_open_source(&source, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_dataset_open_source(&source, NULL, &dataset, &error));
+  FAILS(PTET_BAD_ARGUMENT, "source is NULL", ptet_dataset_open_source(NULL, NULL, &dataset, &error));
+  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_open_source(&source, NULL, NULL, &error));
 }
 
 static void test_dataset(const ptet_dataset* dataset) {
@@ -832,7 +860,7 @@ int main(void) {
   test_source(bytes);
 
   ptet_dataset* dataset = NULL;
-  SUCCEEDS(ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), &dataset, &error));
+  SUCCEEDS(ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), NULL, &dataset, &error));
   ptet_bytes_free(bytes);
   REQUIRE(dataset != NULL);
   test_dataset(dataset);

@@ -109,7 +109,7 @@ int main() {
   ptet_bytes* const bytes = build();
   ptet_dataset* dataset = nullptr;
   const auto open = [&](ptet_error** error) {
-    return ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), &dataset, error);
+    return ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), nullptr, &dataset, error);
   };
   const long to_open = exhaust("open", open);
 

@@ -42,7 +42,7 @@ using Owned = std::unique_ptr<T, Freed>;
 
 Owned<ptet_dataset> open_c() {
   ptet_dataset* dataset = nullptr;
-  REQUIRE(ptet_dataset_open_memory(file_bytes().data(), file_bytes().size(), &dataset, nullptr) == PTET_OK);
+  REQUIRE(ptet_dataset_open_memory(file_bytes().data(), file_bytes().size(), nullptr, &dataset, nullptr) == PTET_OK);
   return Owned<ptet_dataset>(dataset);
 }
 
@@ -272,7 +272,7 @@ TEST_CASE("C interface: what a callback throws becomes an error") {
   source.size = file_bytes().size();
   source.read = [](void*, std::uint64_t, std::uint64_t, void*) -> std::int32_t { throw std::bad_alloc(); };
   ptet_dataset* dataset = nullptr;
-  const auto open = [&](ptet_error** error) { return ptet_dataset_open_source(&source, &dataset, error); };
+  const auto open = [&](ptet_error** error) { return ptet_dataset_open_source(&source, nullptr, &dataset, error); };
   CHECK(answer(open).first == PTET_OUT_OF_MEMORY);
   source.read = [](void*, std::uint64_t, std::uint64_t, void*) -> std::int32_t { throw Error(ErrorCode::kIo, "no"); };
   CHECK(answer(open) == std::pair<ptet_status, std::string>(PTET_IO_ERROR, "no"));
@@ -303,7 +303,7 @@ TEST_CASE("C interface: sizes that no memory holds are refused") {
         }).first == PTET_LIMIT);
   ptet_dataset* dataset = nullptr;
   CHECK(answer([&](ptet_error** error) {
-          return ptet_dataset_open_memory(&corner, ~std::uint64_t{0} / 2 + 5, &dataset, error);
+          return ptet_dataset_open_memory(&corner, ~std::uint64_t{0} / 2 + 5, nullptr, &dataset, error);
         }).first == PTET_OUT_OF_MEMORY);
   CHECK(dataset == nullptr);
 }

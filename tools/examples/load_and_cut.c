@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   ptet_extraction_info info = {.struct_size = sizeof info};
   ptet_array positions = {.struct_size = sizeof positions};
 
-  if (TRY(ptet_dataset_open(argv[1], &data, &failure)) &&
+  if (TRY(ptet_dataset_open(argv[1], NULL, &data, &failure)) &&
       TRY(ptet_request_add_field_error(request, NULL, 0.02, 1, &failure)) && /* every field: 2% of its range */
       TRY(ptet_request_set_domain_error(request, 0.01, 1, &failure)) &&      /* 1% of the diagonal */
       TRY(ptet_dataset_extract(data, request, NULL, NULL, &cut, &failure)) &&

@@ -78,8 +78,8 @@ void ptet_error_free(ptet_error* error);
 typedef int32_t (*ptet_progress_callback)(const char* stage, uint64_t done, uint64_t total, void* user);
 
 /* Fills `into` with `size` bytes from `offset`, which lie inside the file. Any answer but 0 means that they cannot be
- * had: the running call ends with PTET_IO_ERROR, whose message names the number. Called from the threads that use the
- * dataset, one call at a time. */
+ * had: opening ends with PTET_IO_ERROR, whose message names the number; later the answers are coarser that need them,
+ * and say so (ptet_extraction_get_failure). Called from any thread, one call at a time. */
 typedef int32_t (*ptet_read_callback)(void* user, uint64_t offset, uint64_t size, void* into);
 typedef void (*ptet_release_callback)(void* user);
 
@@ -109,6 +109,18 @@ typedef struct ptet_source {
    * PTET_BAD_ARGUMENT. */
   ptet_release_callback release;
 } ptet_source;
+
+/* How a file is opened. Members that are 0 mean what is said; NULL instead of the struct means all of them 0. */
+typedef struct ptet_open_options {
+  uint64_t struct_size;
+  uint64_t memory_limit; /* bytes that decoded blocks may take; 0: what max_bytes leaves */
+  uint64_t max_gap;      /* blocks so many bytes or less apart are read by one request; for a server some 500,000 */
+  uint64_t max_bytes;    /* memory for all that the dataset holds; 0: 2^35 */
+  uint64_t max_vertices; /* of the original; 0: 2^30 */
+  uint64_t max_tets;     /* of the original; 0: 2^32 */
+  int32_t background;    /* not 0: a thread of the dataset reads, extractions answer with what is there */
+  uint32_t reserved;     /* 0 */
+} ptet_open_options;
 
 typedef struct ptet_dataset_info {
   uint64_t struct_size;
@@ -145,11 +157,14 @@ typedef struct ptet_extraction ptet_extraction;
 
 /* Reads header, table and base mesh; the rest is read as extractions need it.
  * Errors: PTET_BAD_ARGUMENT, PTET_IO_ERROR, PTET_CORRUPT_FILE (with an offset), PTET_LIMIT. */
-ptet_status ptet_dataset_open(const char* path, ptet_dataset** dataset, ptet_error** error);
+ptet_status ptet_dataset_open(const char* path, const ptet_open_options* options, ptet_dataset** dataset,
+                              ptet_error** error);
 /* The same over `size` bytes in memory, which are copied. */
-ptet_status ptet_dataset_open_memory(const void* bytes, uint64_t size, ptet_dataset** dataset, ptet_error** error);
+ptet_status ptet_dataset_open_memory(const void* bytes, uint64_t size, const ptet_open_options* options,
+                                     ptet_dataset** dataset, ptet_error** error);
 /* The same over a user's source; the struct is copied, its callbacks are used as long as the dataset lives. */
-ptet_status ptet_dataset_open_source(const ptet_source* source, ptet_dataset** dataset, ptet_error** error);
+ptet_status ptet_dataset_open_source(const ptet_source* source, const ptet_open_options* options,
+                                     ptet_dataset** dataset, ptet_error** error);
 void ptet_dataset_free(ptet_dataset* dataset);
 
 ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info* info, ptet_error** error);
@@ -160,6 +175,11 @@ ptet_status ptet_dataset_get_field(const ptet_dataset* dataset, uint32_t field, 
 int32_t ptet_dataset_find_field(const ptet_dataset* dataset, const char* name);
 /* Where the file comes from, as JSON: version of the tool, options of the build, name and hash of its input. */
 const char* ptet_dataset_provenance(const ptet_dataset* dataset);
+
+/* Waits until the blocks that extractions asked for are loaded, or found not to be had. A budget's blocks are known one
+ * after the other: where the next extraction is still PTET_LIMITED_BY_LOADING, wait and ask again. */
+ptet_status ptet_dataset_wait_until_loaded(const ptet_dataset* dataset, ptet_progress_callback progress, void* user,
+                                           ptet_error** error);
 
 /* ---- Requests ---- */
 
@@ -237,7 +257,7 @@ ptet_status ptet_request_set_origins(ptet_request* request, int32_t origins, pte
 /* The mesh that answers `request` (NULL: the original). Same request, same mesh, whatever was asked before.
  * `progress` may be NULL; `user` is handed to it.
  * Errors: PTET_BAD_ARGUMENT (a field that is not there or does not govern; a bound, box or radius that is negative, not
- * finite or empty), PTET_CORRUPT_FILE, PTET_IO_ERROR, PTET_CANCELLED, PTET_OUT_OF_MEMORY. */
+ * finite or empty), PTET_CANCELLED, PTET_OUT_OF_MEMORY. Blocks that cannot be had only make the mesh coarser. */
 ptet_status ptet_dataset_extract(const ptet_dataset* dataset, const ptet_request* request,
                                  ptet_progress_callback progress, void* user, ptet_extraction** extraction,
                                  ptet_error** error);
@@ -246,11 +266,14 @@ void ptet_extraction_free(ptet_extraction* extraction);
 /* What kept the mesh from being finer. */
 typedef int32_t ptet_limit;
 enum {
-  PTET_LIMITED_BY_NOTHING = 0, /* it is the original mesh */
-  PTET_LIMITED_BY_ERROR = 1,   /* the asked error was reached */
-  PTET_LIMITED_BY_FOCUS = 2,   /* the focus was reached, nothing else was asked */
-  PTET_LIMITED_BY_BUDGET = 3,  /* the next split does not fit the budget */
-  PTET_LIMITED_BY_TIME = 4     /* the time was up */
+  PTET_LIMITED_BY_NOTHING = 0,   /* it is the original mesh */
+  PTET_LIMITED_BY_ERROR = 1,     /* the asked error was reached */
+  PTET_LIMITED_BY_FOCUS = 2,     /* the focus was reached, nothing else was asked */
+  PTET_LIMITED_BY_BUDGET = 3,    /* the next split does not fit the budget */
+  PTET_LIMITED_BY_TIME = 4,      /* the time was up */
+  PTET_LIMITED_BY_LOADING = 5,   /* blocks that are still to be read; ask again */
+  PTET_LIMITED_BY_MEMORY = 6,    /* blocks that do not fit the memory allowed */
+  PTET_LIMITED_BY_UNREADABLE = 7 /* blocks that cannot be read or decoded, see ptet_extraction_get_failure */
 };
 /* "error" and so on; "unknown" for any other number. */
 const char* ptet_limit_name(ptet_limit limit);
@@ -262,12 +285,27 @@ typedef struct ptet_extraction_info {
   uint64_t boundary_faces;
   uint32_t fields; /* those of the dataset, in its order */
   ptet_limit limited_by;
-  double domain_error; /* of this mesh, mesh units */
-  uint64_t bytes_read; /* from the file for the dataset so far, opening included */
-  double seconds;      /* wall time of ptet_dataset_extract */
+  double domain_error;    /* of this mesh, mesh units */
+  uint64_t bytes_read;    /* from the file for the dataset so far, opening included */
+  double seconds;         /* wall time of ptet_dataset_extract */
+  uint64_t read_requests; /* how often the source was asked for the dataset so far */
+  uint32_t failures;      /* blocks that could not be had, see ptet_extraction_get_failure */
+  int32_t complete;       /* 1: this is what was asked for; 0: blocks are missing, and the mesh is coarser there */
 } ptet_extraction_info;
 
+typedef struct ptet_block_failure {
+  uint64_t struct_size;
+  const char* message;
+  uint64_t byte_offset; /* of the block in the file */
+  uint32_t block;
+  ptet_status status; /* PTET_CORRUPT_FILE, or PTET_IO_ERROR: later requests try again */
+} ptet_block_failure;
+
 ptet_status ptet_extraction_get_info(const ptet_extraction* extraction, ptet_extraction_info* info, ptet_error** error);
+
+/* `failure`: 0 to ptet_extraction_info.failures - 1. */
+ptet_status ptet_extraction_get_failure(const ptet_extraction* extraction, uint32_t failure, ptet_block_failure* info,
+                                        ptet_error** error);
 
 /* A table of rows x components scalars of one type, row after row, in the machine's byte order. */
 typedef struct ptet_array {
