@@ -83,7 +83,7 @@ void Candidates::simulate(Vertex v, Worker& worker) {
     std::sort(half_edges.begin(), half_edges.end());
   }
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < half_edges.size() && !(shortlist && kept == kPage); ++i) {
+  for (std::size_t i = 0; i < half_edges.size() && !(shortlist && kept == kShortlist); ++i) {
     const HalfEdge half_edge = half_edges[i];
     if (shortlist) page.floor = half_edge;
     const CollapseStatus status = worker.trial.examine(v, half_edge.target);
@@ -108,6 +108,8 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
 void Candidates::predict(std::uint32_t round) {
   std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
   work_.clear();
+  // Where the star has changed since, the page begins anew.
+  std::erase_if(used_up_, [&](Vertex v) { return dirty_[v] != 0 || !complex_.alive(v); });
   const auto is_far = [&](Vertex v) {
     return simulates() && best(v).target != kNone && kStale * best(v).cost > round_cost_;
   };
@@ -116,13 +118,20 @@ void Candidates::predict(std::uint32_t round) {
       dirty_[v] = 0;
       work_.push_back(v);
     }
+  const std::size_t fresh = work_.size();
+  work_.insert(work_.end(), used_up_.begin(), used_up_.end());
+  used_up_.clear();
   const std::size_t grain = simulates() ? 16 : 256;
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), grain), [&](const auto& range) {
     Worker& worker = workers_.local();
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       if (i + kPrefetch < range.end()) complex_.prefetch_star(work_[i + kPrefetch]);
-      pages_[work_[i]].floor = kLowest;
-      fill_page(work_[i], worker);
+      if (i < fresh) {
+        pages_[work_[i]].floor = kLowest;
+        fill_page(work_[i], worker);
+      } else {
+        turn_page(work_[i], worker, round);
+      }
     }
   });
 }
@@ -151,7 +160,18 @@ void Candidates::drop_best(Vertex v, std::uint32_t round) {
   Page& page = pages_[v];
   std::shift_left(page.best.begin(), page.best.end(), 1);
   page.best.back() = {};
-  if (page.best[0].target == kNone) fill_page(v, workers_.local());
+  if (page.best[0].target != kNone) return;
+  if (prediction_ == Prediction::kExact) { // costs are simulated: with those of the next round, in parallel
+    used_up_.push_back(v);
+    return;
+  }
+  turn_page(v, workers_.local(), round);
+}
+
+/// The next page of `v`, or a pause.
+void Candidates::turn_page(Vertex v, Worker& worker, std::uint32_t round) {
+  Page& page = pages_[v];
+  fill_page(v, worker);
   // A vertex that nothing can be done with is likely to stay so: wait longer each time.
   if (page.best[0].target == kNone) page.resume_round = round + (1U << std::min(page.failures++, kLongestWait));
 }

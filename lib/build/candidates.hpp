@@ -50,7 +50,8 @@ public:
   [[nodiscard]] const HalfEdge& best(Vertex v) const { return pages_[v].best[0]; }
   /// Longest chain of records below the star of `v`.
   [[nodiscard]] std::uint32_t height(Vertex v) const { return pages_[v].height; }
-  /// The best half-edge of `v` is refused: the next one takes its place, or `v` waits.
+  /// The best half-edge of `v` is refused: the next one takes its place, or `v` waits. When the page is empty and costs
+  /// are measured, the next page is filled by predict().
   void drop_best(Vertex v, std::uint32_t round);
   /// The best half-edge of `v` has turned out to cost more.
   void raise_best(Vertex v, float cost);
@@ -67,6 +68,8 @@ public:
 
 private:
   static constexpr std::size_t kPage = 3;
+  /// Of these where they are measured: simulating a third for every star that changes gains nothing.
+  static constexpr std::size_t kShortlist = 2;
 
   struct Page {
     std::array<HalfEdge, kPage> best;
@@ -96,6 +99,7 @@ private:
     return prediction_ == Prediction::kSimulate || prediction_ == Prediction::kExact;
   }
   void fill_page(Vertex v, Worker& worker);
+  void turn_page(Vertex v, Worker& worker, std::uint32_t round);
   void find_targets(Vertex v, Worker& worker);
   void simulate(Vertex v, Worker& worker);
   [[nodiscard]] float simulated_cost(Vertex v, Vertex target, Trial& trial, std::vector<double>& growth) const;
@@ -111,6 +115,7 @@ private:
   std::vector<char> dirty_;
   std::vector<Vertex> movable_; ///< vertices that are there and not frozen
   std::vector<Vertex> work_;
+  std::vector<Vertex> used_up_; ///< vertices whose page has no half-edge left that was not refused
   float round_cost_ = std::numeric_limits<float>::infinity();
   oneapi::tbb::enumerable_thread_specific<Worker> workers_;
 };
