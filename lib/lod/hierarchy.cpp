@@ -4,43 +4,40 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace ptet {
-namespace {
 
-/// Steps of a star's box along one axis of the domain's.
-struct Steps {
-  double min, max;
-  static constexpr std::uint16_t kMost = std::numeric_limits<std::uint16_t>::max();
+std::uint16_t Hierarchy::Steps::rounded_down(double x) const {
+  std::uint16_t step = nearest(x);
+  while (step > 0 && lower(step) > x)
+    --step;
+  return step;
+}
 
-  [[nodiscard]] double size() const { return max / kMost - min / kMost; }
-  // The ends are exact.
-  [[nodiscard]] double lower(std::uint16_t step) const { return min + step * size(); }
-  [[nodiscard]] double upper(std::uint16_t step) const { return max - (kMost - step) * size(); }
+std::uint16_t Hierarchy::Steps::rounded_up(double x) const {
+  std::uint16_t step = nearest(x);
+  while (step < kMost && upper(step) < x)
+    ++step;
+  return step;
+}
 
-  [[nodiscard]] std::uint16_t rounded_down(double x) const {
-    std::uint16_t step = nearest((x - min) / size());
-    while (step > 0 && lower(step) > x)
-      --step;
-    return step;
-  }
-  [[nodiscard]] std::uint16_t rounded_up(double x) const {
-    std::uint16_t step = nearest((x - min) / size());
-    while (step < kMost && upper(step) < x)
-      ++step;
-    return step;
-  }
-  [[nodiscard]] static std::uint16_t nearest(double step) {
-    return step > 0 ? static_cast<std::uint16_t>(std::min<double>(step, kMost)) : std::uint16_t{0}; // NaN: 0
-  }
-};
-
-} // namespace
+std::uint16_t Hierarchy::Steps::nearest(double x) const {
+  const double step = x / size - min / size; // x - min might overflow
+  return step > 0 ? static_cast<std::uint16_t>(std::min<double>(step, kMost)) : std::uint16_t{0}; // NaN: 0
+}
 
 Hierarchy::Hierarchy(std::shared_ptr<ByteSource> source, const OpenOptions& options)
     : reader_(std::move(source), options), content_(reader_.read_base()), star_box_(reader_.header().record_count),
       loader_(reader_, content_, options, [this](std::uint32_t block) { adopt(block); }) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // The boxes of the blocks are checked as they are read, the header's is only what the file says.
+    double min = INFINITY, max = -INFINITY;
+    for (const file::BlockInfo& block : blocks()) {
+      min = std::min(min, block.box_min[axis]);
+      max = std::max(max, block.box_max[axis]);
+    }
+    steps_[axis] = {min, max, max / Steps::kMost - min / Steps::kMost};
+  }
   std::vector<char> is_used(header().base_vertex_count, 0);
   for (std::uint32_t t = 0; t < content_.refinement.base_tet_count(); ++t)
     for (const VertexId v : content_.refinement.vertices(VersionId{t}))
@@ -99,9 +96,8 @@ void Hierarchy::measure_stars(const file::BlockInfo& block) {
       for (std::size_t corner = 1; corner < 4; ++corner)
         add(refinement.vertices(VersionId{t})[corner]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Steps steps{header().box_min[axis], header().box_max[axis]};
-      star_box_[r].min[axis] = steps.rounded_down(min[axis]);
-      star_box_[r].max[axis] = steps.rounded_up(max[axis]);
+      star_box_[r].min[axis] = steps_[axis].rounded_down(min[axis]);
+      star_box_[r].max[axis] = steps_[axis].rounded_up(max[axis]);
     }
   }
 }
@@ -119,9 +115,8 @@ std::pair<Point, Point> Hierarchy::star_box(RecordId r) const {
   const StepBox& box = star_box_[r.index()];
   Point min, max;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Steps steps{header().box_min[axis], header().box_max[axis]};
-    min[axis] = steps.lower(box.min[axis]);
-    max[axis] = steps.upper(box.max[axis]);
+    min[axis] = steps_[axis].lower(box.min[axis]);
+    max[axis] = steps_[axis].upper(box.max[axis]);
   }
   return {min, max};
 }

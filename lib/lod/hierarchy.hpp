@@ -6,6 +6,7 @@
 #include "lod/loader.hpp"
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <shared_mutex>
 #include <vector>
@@ -45,7 +46,18 @@ public:
   [[nodiscard]] std::pair<Point, Point> star_box(RecordId r) const;
 
 private:
-  /// In steps of the domain's box.
+  /// Steps from one side of all stars' box to the other along an axis; both ends are exact.
+  struct Steps {
+    double min, max, size;
+    static constexpr std::uint16_t kMost = std::numeric_limits<std::uint16_t>::max();
+
+    [[nodiscard]] double lower(std::uint16_t step) const { return min + step * size; }
+    [[nodiscard]] double upper(std::uint16_t step) const { return max - (kMost - step) * size; }
+    [[nodiscard]] std::uint16_t rounded_down(double x) const;
+    [[nodiscard]] std::uint16_t rounded_up(double x) const;
+    [[nodiscard]] std::uint16_t nearest(double x) const;
+  };
+  /// In steps of that box.
   struct StepBox {
     std::array<std::uint16_t, 3> min, max;
   };
@@ -57,6 +69,7 @@ private:
 
   file::Reader reader_;
   file::Content content_;
+  std::array<Steps, 3> steps_{};
   std::vector<StepBox> star_box_; ///< rounded outward
   std::uint32_t used_base_vertex_count_ = 0;
   std::uint32_t base_face_count_ = 0; ///< of the boundary
