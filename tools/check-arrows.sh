@@ -30,7 +30,7 @@ mapfile -t public < <(sources lib/include)
 
 offline='OpenMesh/|vtk|CGAL/|tbb/|oneapi/|boost/(filesystem|iostreams|program_options|thread|log|regex)'
 forbid "lod does not know build" 'build/|ptet/build\.hpp|formats/ptet/writer\.hpp' "${lod[@]}"
-forbid "build does not know lod" 'lod/|ptet/dataset\.hpp|formats/ptet/reader\.hpp' "${build[@]}"
+forbid "build does not know lod" 'lod/|ptet/(dataset|request|session)\.hpp|formats/ptet/reader\.hpp' "${build[@]}"
 forbid "the C interface stands on the public one" '(lod|build|record|formats)/' "${c_run_time[@]}" "${c_build[@]}"
 forbid "the C interface of the run-time library does not know build" 'ptet/(ptet_)?build\.h' "${c_run_time[@]}"
 forbid "the C interface of the builder does not know lod" 'ptet/(dataset|request|session)\.hpp' "${c_build[@]}"

@@ -166,7 +166,7 @@ TEST_CASE("a session that has seen its requests allocates nothing") {
       Point centre{};
       for (std::size_t axis = 0; axis < 3; ++axis)
         centre[axis] = info.box_min[axis] + way * (info.box_max[axis] - info.box_min[axis]);
-      request.focus = {Sphere{centre, 0.1 * info.diagonal}};
+      request.focus = {{Sphere{centre, 0.1 * info.diagonal}}};
       if (i % 3 == 0) request.field_error = {{"", {0.05 + 0.01 * (i % 7), true}}};
       if (i % 3 == 1) request.max_tets = info.tets / 3;
       requests.push_back(request);

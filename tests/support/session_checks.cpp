@@ -90,6 +90,14 @@ std::string differing_extraction(const Extraction& mine, const Extraction& fresh
   if (mine.field_error != fresh.field_error || mine.rms_error != fresh.rms_error ||
       mine.domain_error != fresh.domain_error || mine.limited_by != fresh.limited_by)
     return "errors of the extraction";
+  const auto same_parts = [](const auto& a, const auto& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const PartErrors& x, const PartErrors& y) {
+      return x.field_error == y.field_error && x.domain_error == y.domain_error;
+    });
+  };
+  if (!same_parts(mine.in_focus, fresh.in_focus) || !same_parts(mine.at_values, fresh.at_values) ||
+      mine.in_view.has_value() != fresh.in_view.has_value() || mine.pixels_in_view != fresh.pixels_in_view)
+    return "errors of parts of the extraction";
   return {};
 }
 
@@ -139,29 +147,73 @@ std::string SlotCopy::difference(const Session& session) const {
 
 Request RandomRequests::next() {
   Request request;
-  const unsigned kind = random_() % 8;
+  const unsigned kind = random_() % 11;
   const std::string name = info_.fields.empty() || random_() % 2 == 0 ? "" : info_.fields.front().name;
-  if (kind == 0 || kind == 4 || kind == 6) request.field_error.push_back({name, {std::pow(uniform(), 4), true}});
+  if (kind == 0 || kind == 4 || kind == 6 || kind >= 8)
+    request.field_error.push_back({name, {std::pow(uniform(), 4), true}});
   if (kind == 1) request.domain_error = Bound{std::pow(uniform(), 3) * 0.02, true};
-  if (kind == 2 || kind == 6) request.max_tets = random_() % (info_.tets + 10);
+  if (kind == 2 || kind == 6 || (kind >= 8 && random_() % 4 == 0)) request.max_tets = random_() % (info_.tets + 10);
   if (kind == 3) request.max_vertices = random_() % (info_.vertices + 10);
-  for (unsigned i = kind == 4 || kind == 5 ? 1 + random_() % 2 : random_() % 2; i > 0; --i)
-    request.focus.push_back(region());
-  if (!request.focus.empty() && random_() % 4 == 0) request.focus_error = {std::pow(uniform(), 4), true};
+  if (kind == 7) request.max_bytes = random_() % (200 * info_.vertices);
+  if ((kind == 8 || kind == 9) && !info_.max_field_error.empty()) request.values.push_back(values());
+  if (kind == 9 || kind == 10) request.view = view();
+  for (unsigned i = kind == 4 || kind == 5 ? 1 + random_() % 2 : random_() % 2; i > 0; --i) {
+    Focus focus{region()};
+    if (random_() % 4 == 0) focus.error = {std::pow(uniform(), 4), true};
+    if (random_() % 4 == 0) focus.falloff = Bound{std::pow(uniform(), 2) * 4, true};
+    request.focus.push_back(focus);
+  }
   request.origins = random_() % 8 == 0;
   return request;
 }
 
-FocusRegion RandomRequests::region() {
-  Point centre{};
+Point RandomRequests::point() {
+  Point at{};
   for (std::size_t i = 0; i < 3; ++i)
-    centre[i] = info_.box_min[i] + uniform() * (info_.box_max[i] - info_.box_min[i]);
+    at[i] = info_.box_min[i] + uniform() * (info_.box_max[i] - info_.box_min[i]);
+  return at;
+}
+
+Region RandomRequests::region() {
+  const Point centre = point();
   const double size = std::pow(uniform(), 3) * 0.4 * info_.diagonal;
-  if (random_() % 2 == 0) return Sphere{centre, size};
+  switch (random_() % 8) {
+  case 0: return HalfSpace{{uniform() - 0.5, uniform() - 0.5, uniform() + 0.01}, centre[2]};
+  case 1: {
+    const double angle = 6.3 * uniform(), c = size * std::cos(angle), s = size * std::sin(angle);
+    return OrientedBox{centre, {{{c, s, 0}, {-0.4 * s, 0.4 * c, 0}, {0, 0, size * uniform()}}}};
+  }
+  case 2:
+  case 3:
+  case 4: return Sphere{centre, size};
+  default: break;
+  }
   Box box{centre, centre};
   for (double& x : box.max)
     x += size * (0.2 + uniform());
   return box;
+}
+
+View RandomRequests::view() {
+  View view;
+  view.eye = point();
+  const Point at = point();
+  for (std::size_t i = 0; i < 3; ++i)
+    view.direction[i] = at[i] - view.eye[i];
+  view.up = {0.1, 0.2, 1};
+  view.max_pixels = std::pow(uniform(), 2) * 20;
+  if (random_() % 2 == 0) view.outside = 1 + 10 * uniform();
+  return view;
+}
+
+// Somewhere about what the field takes: the range is known, the values are not.
+ValuesOfInterest RandomRequests::values() {
+  for (const FieldInfo& field : info_.fields)
+    if (field.governing) {
+      const double from = (2 * uniform() - 1) * field.range;
+      return {field.name, from, from + std::pow(uniform(), 4) * field.range};
+    }
+  return {};
 }
 
 } // namespace ptet::test

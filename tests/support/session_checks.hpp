@@ -35,7 +35,10 @@ public:
 
 private:
   double uniform() { return static_cast<double>(random_() % 1000001) / 1e6; }
-  [[nodiscard]] FocusRegion region();
+  [[nodiscard]] Point point();
+  [[nodiscard]] Region region();
+  [[nodiscard]] View view();
+  [[nodiscard]] ValuesOfInterest values();
 
   const DatasetInfo& info_;
   std::mt19937 random_;

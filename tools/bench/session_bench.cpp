@@ -85,7 +85,7 @@ void follow(const std::string& name, const std::shared_ptr<const Dataset>& data,
   Session session(data);
   std::vector<double> milliseconds, changes, changed, tets;
   for (int i = 0; i <= updates; ++i) {
-    request.focus.assign(1, ptet::Sphere{path.at(i * 2 * radius * step), radius});
+    request.focus.assign(1, {ptet::Sphere{path.at(i * 2 * radius * step), radius}});
     const double begin = processor_milliseconds();
     const ptet::SessionUpdate& update = session.update(request);
     const double end = processor_milliseconds();
