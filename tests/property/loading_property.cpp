@@ -57,12 +57,12 @@ std::vector<Request> some_requests(const DatasetInfo& info) {
   for (std::size_t i = 0; i < 3; ++i)
     quarter[i] = info.box_min[i] + (info.box_max[i] - info.box_min[i]) / 4;
   Request focus = error_request(0.2);
-  focus.focus = {Box{info.box_min, quarter}};
+  focus.focus = {{Box{info.box_min, quarter}}};
   requests.push_back(focus);
   Request budget;
   budget.max_vertices = info.vertices / 2;
   requests.push_back(budget);
-  budget.focus = {Sphere{quarter, info.diagonal / 20}};
+  budget.focus = {{Sphere{quarter, info.diagonal / 20}}};
   budget.max_vertices = info.vertices / 4;
   requests.push_back(budget);
   return requests;
