@@ -36,6 +36,7 @@ public:
     const auto begin = Clock::now();
     resolve(request, hierarchy_.header(), request_);
     asked_ = request;
+    asked_.max_milliseconds.reset();
     const Loader::Turn turn(hierarchy_.loader());
     auto lock = cut_->set(request_);
     while (!is_sound()) {

@@ -599,11 +599,11 @@ class Methods(Case):
     def test_objectives(self):
         self.grid(8)
         for method in ["exact", "BF"]:
-            reports = {objective: self.built("--method", method, "--objective", objective)
-                       for objective in ["max", "rms", "both"]}
-            for objective, report in reports.items():
-                self.assertEqual(report["objective"], objective)
-            self.assertNotEqual(reports["max"]["field_error"], reports["rms"]["field_error"])
+            files = set()
+            for objective in ["max", "rms", "both"]:
+                self.assertEqual(self.built("--method", method, "--objective", objective)["objective"], objective)
+                files.add((self.folder / "grid.ptet").read_bytes())
+            self.assertEqual(len(files), 3)
 
     def test_the_two_axes(self):
         self.grid(4)
