@@ -497,8 +497,7 @@ void Reader::Batch::check(const Content& content) const {
       reader.check_block(block.block, content);
     });
   }
-  if (!batching_->open.empty())
-    reader.at_block(batching_->open.back().block, [&] { reader.check_whole(content); });
+  if (!batching_->open.empty()) reader.at_block(batching_->open.back().block, [&] { reader.check_whole(content); });
   if (content.refinement.applied_count() == reader.header_.record_count) {
     reader.decoding_->codec.reset();
     std::vector<std::uint32_t>().swap(reader.decoding_->block_of);

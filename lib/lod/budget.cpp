@@ -30,9 +30,9 @@ std::uint64_t Budget::tets(const AddedSize& size) const {
 bool Budget::fits(const AddedSize& size) const {
   const file::Header& header = hierarchy_.header();
   // The last split makes it the original, which has the vertices without tets too.
-  const std::uint64_t vertices = size.records + (size.records == header.record_count
-                                                     ? header.base_vertex_count
-                                                     : hierarchy_.used_base_vertex_count());
+  const std::uint64_t vertices =
+      size.records +
+      (size.records == header.record_count ? header.base_vertex_count : hierarchy_.used_base_vertex_count());
   return !(budgets_.max_tets && tets(size) > *budgets_.max_tets) &&
          !(budgets_.max_vertices && vertices > *budgets_.max_vertices) &&
          !(budgets_.max_bytes && vertices * vertex_bytes_ + tets(size) * kTetBytes +
@@ -45,8 +45,7 @@ std::uint64_t Budget::expected_records(const AddedSize& spent) const {
   std::uint64_t expected = ~std::uint64_t{0} / 4;
   const auto above = [](std::uint64_t value, std::uint64_t base) { return value > base ? value - base : 0; };
   if (budgets_.max_vertices)
-    expected =
-        std::min(expected, above(*budgets_.max_vertices, hierarchy_.used_base_vertex_count() + spent.records));
+    expected = std::min(expected, above(*budgets_.max_vertices, hierarchy_.used_base_vertex_count() + spent.records));
   if (budgets_.max_tets) expected = std::min(expected, above(*budgets_.max_tets, tets(spent)) / kTetsPerVertex);
   if (budgets_.max_bytes)
     expected = std::min(expected, *budgets_.max_bytes / (vertex_bytes_ + kTetsPerVertex * kTetBytes));

@@ -176,7 +176,7 @@ private:
   // that does not fit.
   void spend(const Wants& wants, const BlockDemands& demands) {
     const BlocksByOrder by_key = in_order(blocks_of(demands));
-    const BlockSet promised_blocks = cut_.read;
+    const BlockSet promised_blocks = cut_.read, promised_missing = cut_.missing;
     const std::vector<char> promised = cut_.applied;
     std::uint64_t expected = 0;
     {
@@ -195,7 +195,13 @@ private:
       if (stop != kNoKey || has_read_all || is_time_up_) {
         stopped_by_budget_ = stop != kNoKey;
         // What was read on the way is no matter: the answer is to be the same when more was in memory before.
-        if (!is_time_up_) cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
+        // Nor is it what could not be read.
+        if (!is_time_up_) {
+          cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
+          cut_.missing = promised_missing;
+          for (std::size_t b = 0; b < blocks_.size(); ++b)
+            if (cut_.read[b] != 0 && content().block_loaded[b] == 0) cut_.missing[b] = 1;
+        }
         restrict(cut_.read, content().block_loaded);
         return;
       }

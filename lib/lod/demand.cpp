@@ -74,9 +74,9 @@ bool wants_record(const WantAll&, const Record&) {
   return true;
 }
 
-// The box of the star stands for its tets: those that the collapse made, which must not be in the region, and those that
-// it consumed, which must not be missing there where the boundary has moved. Against a test of each tet this puts out
-// 0.5% more, 5% at most, and takes a fraction of the time.
+// The box of the star stands for its tets: those that the collapse made, which must not be in the region, and those
+// that it consumed, which must not be missing there where the boundary has moved. Against a test of each tet this puts
+// out 0.5% more, 5% at most, and takes a fraction of the time.
 bool wants_record(const WantInside& want, const Record& record) {
   if (!want.limits.empty() && !exceeds(record.own(), want.limits)) return false;
   const auto [min, max] = record.hierarchy.star_box(record.id);

@@ -73,7 +73,7 @@ private:
   std::vector<StepBox> star_box_; ///< rounded outward
   std::uint32_t used_base_vertex_count_ = 0;
   std::uint32_t base_face_count_ = 0; ///< of the boundary
-  Loader loader_; ///< last: its thread works on what is above
+  Loader loader_;                     ///< last: its thread works on what is above
 };
 
 } // namespace ptet

@@ -6,10 +6,10 @@ namespace ptet {
 
 RunningCut::RunningCut(Hierarchy& hierarchy)
     : hierarchy_(hierarchy), blocks_(hierarchy.blocks()), read_(blocks_.size(), 0), missing_(blocks_.size(), 0),
-      promised_read_(blocks_.size(), 0),
-      is_met_(blocks_.size(), 0), promised_demand_(blocks_.size(), BlockDemand::kNone),
-      wished_demand_(blocks_.size(), BlockDemand::kNone), flags_(hierarchy.header().record_count, 0),
-      promised_uses_(hierarchy.header().record_count, 0), candidates_(kMaxOrderCode + std::size_t{1}) {}
+      promised_read_(blocks_.size(), 0), is_met_(blocks_.size(), 0),
+      promised_demand_(blocks_.size(), BlockDemand::kNone), wished_demand_(blocks_.size(), BlockDemand::kNone),
+      flags_(hierarchy.header().record_count, 0), promised_uses_(hierarchy.header().record_count, 0),
+      candidates_(kMaxOrderCode + std::size_t{1}) {}
 
 BlockDemand RunningCut::promised_of(const file::BlockInfo& block) const {
   return counts_wishes() ? request_.demand.of_block(block) : request_.demand.promised.of_block(block);
@@ -42,7 +42,8 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
   hierarchy_.close(promised_read_, open_);
   read_ = promised_read_;
   for (std::size_t b = 0; b < blocks_.size(); ++b)
-    if (request_.origins || (!request_.budgets.limit_size() && wished_of(blocks_[b]) != BlockDemand::kNone)) read_[b] = 1;
+    if (request_.origins || (!request_.budgets.limit_size() && wished_of(blocks_[b]) != BlockDemand::kNone))
+      read_[b] = 1;
   read_closed(read_);
   std::shared_lock lock = hierarchy_.lock();
   const bool has_new = meet_new_blocks();
@@ -208,8 +209,13 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
       move_end(end);
       stopped_by_budget_ = end.has_value();
       choose_blocks(end ? end->key : OrderCode{0});
+      // What was not to be had on the way, and is not needed, is not missing.
+      if (!request_.origins) std::fill(missing_.begin(), missing_.end(), char{0});
       for (std::size_t b = 0; b < read_.size(); ++b)
-        read_[b] = static_cast<char>(read_[b] & hierarchy_.content().block_loaded[b]);
+        if (read_[b] != 0 && hierarchy_.content().block_loaded[b] == 0) {
+          missing_[b] = 1;
+          read_[b] = 0;
+        }
       return;
     }
     expected *= 2;

@@ -20,9 +20,9 @@ public:
   /// Of the base mesh. `hierarchy` must outlive it.
   explicit RunningCut(Hierarchy& hierarchy);
 
-  /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what the cut needs is in
-  /// memory while it is. Blocks that cannot be had are left out, see Cut. Throws what Hierarchy::load throws; the cut is
-  /// then that of some request between.
+  /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what
+  /// the cut needs is in memory while it is. Blocks that cannot be had are left out, see Cut. Throws what
+  /// Hierarchy::load throws; the cut is then that of some request between.
   [[nodiscard]] std::shared_lock<std::shared_mutex> set(const ResolvedRequest& request);
 
   [[nodiscard]] bool contains(std::uint32_t r) const {

@@ -69,8 +69,8 @@ public:
       lock.unlock();
       return dataset_->extract(asked_);
     }
-    Extraction extraction =
-        extract_cut(hierarchy_, {applied_, applied_count_, cut_->read(), cut_->missing(), result_.limited_by}, request_);
+    Extraction extraction = extract_cut(
+        hierarchy_, {applied_, applied_count_, cut_->read(), cut_->missing(), result_.limited_by}, request_);
     extraction.complete = result_.complete;
     extraction.failures = failures_;
     extraction.bytes_read = hierarchy_.bytes_read();
@@ -187,7 +187,7 @@ private:
     const bool is_all_there = std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0;
     result_.limited_by = !result_.complete                   ? LimitedBy::kTime
                          : applied_count_ == applied_.size() ? LimitedBy::kNothing
-                         : cut_->is_stopped_by_budget()       ? LimitedBy::kBudget
+                         : cut_->is_stopped_by_budget()      ? LimitedBy::kBudget
                                                              : request_.when_met;
     if (is_all_there) return;
     Loader::Shortfall shortfall = hierarchy_.loader().explain(cut_->missing());

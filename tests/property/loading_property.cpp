@@ -3,11 +3,13 @@
 #include "formats/ptet/writer.hpp"
 #include "lod/hierarchy.hpp"
 #include "ptet/dataset.hpp"
+#include "ptet/session.hpp"
 #include "support/brute_force.hpp"
 #include "support/file_parts.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
+#include "support/session_checks.hpp"
 #include "support/stream_extras.hpp"
 
 #include <algorithm>
@@ -542,4 +544,101 @@ TEST_CASE("limits are kept before anything is allocated, and named") {
   const Extraction answer = Dataset::open_memory(s.bytes, options)->extract({});
   CHECK(answer.limited_by == LimitedBy::kMemory);
   check_sound(answer);
+}
+
+TEST_CASE("a session over a damaged file has the meshes that extractions have") {
+  const Sample& s = sample();
+  std::size_t incomplete = 0;
+  for (std::uint32_t b = 0; b < s.blocks.size(); b += 2) {
+    Bytes damaged = s.bytes;
+    flip(damaged, 8 * s.blocks[b].offset + 77 % (8 * s.blocks[b].stored_bytes));
+    const auto dataset = Dataset::open_memory(damaged);
+    Session session(dataset);
+    RandomRequests requests(dataset->info(), b);
+    for (int i = 0; i < 20; ++i) {
+      INFO("block " << b << ", request " << i);
+      const Request request = requests.next();
+      const SessionUpdate& update = session.update(request);
+      const Extraction answer = dataset->extract(request);
+      CHECK(update.complete == answer.complete);
+      CHECK(difference(session, update, answer) == (answer.complete ? "" : "it is not complete"));
+      CHECK(same_mesh(session.extraction(), answer));
+      CHECK(update.failures.size() == answer.failures.size());
+      incomplete += answer.complete ? 0 : 1;
+    }
+  }
+  CHECK(incomplete > s.blocks.size());
+}
+
+TEST_CASE("a block that turns out wrong under a session makes it start over") {
+  const Sample& s = sample();
+  std::size_t damaged_files = 0;
+  for (unsigned seed = 0; seed < 40 && damaged_files < 8; ++seed) {
+    std::mt19937 random(seed);
+    FileParts parts(s.bytes);
+    Bytes& blocks = parts.of(file::SectionKind::kBlocks);
+    flip(blocks, random() % (8 * blocks.size()));
+    parts.mend_blocks();
+    std::shared_ptr<const Dataset> dataset;
+    try {
+      dataset = Dataset::open_memory(parts.join());
+    } catch (const Error&) {
+      continue;
+    }
+    Session session(dataset);
+    const SessionUpdate& coarse = session.update(error_request(0.3)); // before the damage is met, as a rule
+    CHECK(coarse.tets > 0);
+    for (const Request& request : {Request{}, error_request(0.02), error_request(0.3)}) {
+      const SessionUpdate& update = session.update(request);
+      const Extraction answer = dataset->extract(request);
+      CHECK(difference(session, update, answer) == (answer.complete ? "" : "it is not complete"));
+      damaged_files += answer.complete ? 0 : 1;
+    }
+  }
+  CHECK(damaged_files > 4);
+}
+
+TEST_CASE("sessions live on where memory is short") {
+  const Sample& s = sample();
+  std::size_t complete = 0, incomplete = 0;
+  for (const double share : {0.4, 0.7, 0.95}) {
+    OpenOptions options;
+    options.memory_limit = static_cast<std::uint64_t>(share * static_cast<double>(s.decoded_bytes));
+    const auto dataset = Dataset::open_memory(s.bytes, options);
+    std::vector<Session> sessions;
+    for (int k = 0; k < 2; ++k)
+      sessions.emplace_back(dataset);
+    for (std::size_t i = 0; i < 4 * s.requests.size(); ++i) {
+      INFO("share " << share << ", request " << i);
+      (void)dataset->extract(
+          s.requests[(i * 5 + 2) % s.requests.size()]); // what it needs drives out what others do not
+      const std::size_t which = i % s.requests.size();
+      Session& session = sessions[(i / 3) % 2];
+      const SessionUpdate& update = session.update(s.requests[which]);
+      if (update.complete) {
+        CHECK(difference(session, update, s.answers[which]) == "");
+        ++complete;
+      } else {
+        CHECK(update.limited_by == LimitedBy::kMemory);
+        check_sound(session.extraction());
+        ++incomplete;
+      }
+    }
+  }
+  CHECK(complete > 10);
+  CHECK(incomplete > 4);
+}
+
+TEST_CASE("a session follows while a thread loads") {
+  const Sample& s = sample();
+  OpenOptions options;
+  options.background = true;
+  const auto dataset = Dataset::open_memory(s.bytes, options);
+  Session session(dataset);
+  for (std::size_t i = 0; i < s.requests.size(); ++i) {
+    INFO("request " << i);
+    for (int round = 0; round < 100 && !session.update(s.requests[i]).complete; ++round)
+      dataset->wait_until_loaded();
+    CHECK(difference(session, session.update(s.requests[i]), s.answers[i]) == "");
+  }
 }

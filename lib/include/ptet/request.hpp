@@ -97,8 +97,8 @@ struct Request {
   /// Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each).
   std::optional<std::uint64_t> max_bytes;
   /// How long the call may take, about. extract() then stops refining, the focus too: putting the mesh out, whose time
-  /// is reckoned with as it grows, and the read under way may pass it, and two answers to such a request need not be the
-  /// same. Session::update leaves what it has not done to the next update, and comes to the same mesh in the end.
+  /// is reckoned with as it grows, and the read under way may pass it, and two answers to such a request need not be
+  /// the same. Session::update leaves what it has not done to the next update, and comes to the same mesh in the end.
   std::optional<double> max_milliseconds;
 
   /// Each asks by itself; falloffs share the budgets with what else is asked outside.

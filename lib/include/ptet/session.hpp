@@ -34,12 +34,12 @@ struct SessionUpdate {
   std::span<const double> field_error, rms_error;
   double domain_error = 0; ///< mesh units
   LimitedBy limited_by = LimitedBy::kNothing;
-  /// Whether this is the mesh that was asked for. If not, `limited_by` says why: the time was up, or blocks could not be
-  /// had (yet), see Extraction::complete. The mesh is conforming, its errors are those stated here, and the next update
-  /// with the same request goes on.
+  /// Whether this is the mesh that was asked for. If not, `limited_by` says why: the time was up, or blocks could not
+  /// be had (yet), see Extraction::complete. The mesh is conforming, its errors are those stated here, and the next
+  /// update with the same request goes on.
   bool complete = true;
   std::span<const BlockFailure> failures; ///< as in Extraction
-  double seconds = 0; ///< wall time of the call
+  double seconds = 0;                     ///< wall time of the call
 };
 
 /// One viewer's mesh. Any number of sessions may share a dataset, each used by one thread at a time.
@@ -55,11 +55,10 @@ public:
 
   /// Makes the mesh that answers `request`: once it is complete, that of Dataset::extract(request), whatever came
   /// before. Reads the blocks that it needs, and keeps them in memory. Where they were dropped all the same (a damaged
-  /// block was met, see OpenOptions::memory_limit), it starts over from the base mesh, and slots may be other ones: then
-  /// `changed_...` tell of all slots in use, and the arrays may be shorter than before.
-  /// Throws what extract throws; the mesh is then as it was.
-  /// Cost: proportional to what differs from the last request and to the blocks that the request divides. Allocates
-  /// no memory but to read, and where the mesh grows beyond what it ever was.
+  /// block was met, see OpenOptions::memory_limit), it starts over from the base mesh, and slots may be other ones:
+  /// then `changed_...` tell of all slots in use, and the arrays may be shorter than before. Throws what extract
+  /// throws; the mesh is then as it was. Cost: proportional to what differs from the last request and to the blocks
+  /// that the request divides. Allocates no memory but to read, and where the mesh grows beyond what it ever was.
   const SessionUpdate& update(const Request& request);
 
   // The mesh by slots; unused slots are kUnused throughout, vertices none. Valid until the next update.
