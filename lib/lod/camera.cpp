@@ -9,8 +9,7 @@
 namespace ptet {
 namespace {
 
-using vec::operator-;
-using vec::operator*;
+using namespace vec;
 
 constexpr double kSlack = 1e-13; ///< of the numbers that go into a projection
 

@@ -9,9 +9,7 @@
 namespace ptet {
 namespace {
 
-using vec::operator-;
-using vec::operator+;
-using vec::operator*;
+using namespace vec;
 
 // Far more than the rounding of the few products and sums of a projection.
 constexpr double kSlack = 1e-14;

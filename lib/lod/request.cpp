@@ -8,7 +8,7 @@
 namespace ptet {
 namespace {
 
-using vec::operator*;
+using namespace vec;
 
 [[noreturn]] void refuse(const std::string& why) {
   throw Error(ErrorCode::kBadArgument, why);
