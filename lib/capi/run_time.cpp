@@ -162,6 +162,7 @@ ptet_status ptet_dataset_open_memory(const void* bytes, uint64_t size, const pte
   return open_dataset(options, dataset, error, [&](const OpenOptions& with) {
     if (size > 0) (void)required(static_cast<const std::byte*>(bytes), "the memory");
     const auto* const first = static_cast<const std::byte*>(bytes);
+    if (size > static_cast<std::uint64_t>(std::numeric_limits<std::ptrdiff_t>::max())) throw std::bad_alloc();
     return Dataset::open_memory(std::vector<std::byte>(first, first + size), with);
   });
 }
