@@ -10,11 +10,10 @@ constexpr std::uint64_t kFaceBytes = sizeof(std::array<VertexId, 3>);
 
 } // namespace
 
-// Where the edge of the split is on the boundary, the two faces at it are new.
+// What a split adds stands around its edge, a tet or a face for each vertex of the rim. Only counts are looked at.
 AddedSize added_by(const Refinement& refinement, RecordId r) {
-  const auto rim = refinement.rim(r);
-  const bool on_boundary = std::find(rim.begin(), rim.end(), kDummyVertex) != rim.end();
-  return {1, refinement.added_tet_count(r), on_boundary ? 2U : 0U};
+  const std::uint32_t tets = refinement.added_tet_count(r);
+  return {1, tets, refinement.rim(r).size() - tets};
 }
 
 Budget::Budget(const Hierarchy& hierarchy, const Budgets& budgets) : hierarchy_(hierarchy), budgets_(budgets) {

@@ -82,12 +82,6 @@ private:
     for (std::size_t b = 0; b < set.size(); ++b)
       set[b] = static_cast<char>(set[b] & to[b]);
   }
-  /// What is missing was not read on the way to the blocks that follow, so it is no use to go on.
-  bool waits_for_blocks() const {
-    if (std::find(cut_.missing.begin(), cut_.missing.end(), 1) == cut_.missing.end()) return false;
-    const LimitedBy limit = hierarchy_.loader().explain(cut_.missing).limited_by;
-    return limit == LimitedBy::kLoading || limit == LimitedBy::kMemory;
-  }
 
   // ---- time ----
 
@@ -187,7 +181,8 @@ private:
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
     while (true) {
       reach = read_down_to(reach, by_key, promised_blocks);
-      const bool has_read_all = by_key.empty() || reach <= by_key.back().first || waits_for_blocks();
+      const bool has_read_all =
+          by_key.empty() || reach <= by_key.back().first || hierarchy_.loader().waits_for(cut_.missing);
       if (has_read_all) reach = 0;
       const auto lock = hierarchy_.lock();
       cut_.applied = promised;

@@ -443,6 +443,12 @@ void Loader::work_on(const BlockSet& asked) {
   asked_.push_front(asked);
 }
 
+bool Loader::waits_for(const BlockSet& missing) const {
+  if (std::find(missing.begin(), missing.end(), 1) == missing.end()) return false;
+  const LimitedBy limit = explain(missing).limited_by;
+  return limit == LimitedBy::kLoading || limit == LimitedBy::kMemory;
+}
+
 void Loader::wait_until_loaded(const ProgressCallback& progress) {
   std::unique_lock guard(state_);
   const auto is_done = [this] { return asked_.empty() && !is_working_; };

@@ -63,6 +63,8 @@ public:
     std::vector<BlockFailure> failures; ///< by block
   };
   [[nodiscard]] Shortfall explain(const BlockSet& missing) const;
+  /// Whether it is no use to go on to blocks that follow `missing`: these are still to be read, or memory is short.
+  [[nodiscard]] bool waits_for(const BlockSet& missing) const;
 
   /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what the
   /// thread met besides block failures.

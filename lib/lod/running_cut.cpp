@@ -79,13 +79,6 @@ void RunningCut::read_closed(BlockSet& set) {
     if (set[b] != asked_for_[b]) missing_[b] = 1;
 }
 
-// As in find_cut.
-bool RunningCut::waits_for_blocks() const {
-  if (std::find(missing_.begin(), missing_.end(), 1) == missing_.end()) return false;
-  const LimitedBy limit = hierarchy_.loader().explain(missing_).limited_by;
-  return limit == LimitedBy::kLoading || limit == LimitedBy::kMemory;
-}
-
 // Others may have read them, too.
 bool RunningCut::meet_new_blocks() {
   bool found = false;
@@ -204,7 +197,8 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
     }
     order_records();
     const std::optional<BudgetRank> end = find_end(budget);
-    const bool has_read_all = by_key_.empty() || reach <= by_key_.back().first || waits_for_blocks();
+    const bool has_read_all =
+        by_key_.empty() || reach <= by_key_.back().first || hierarchy_.loader().waits_for(missing_);
     if (has_read_all || (end && end->key >= reach)) {
       move_end(end);
       stopped_by_budget_ = end.has_value();

@@ -58,7 +58,6 @@ private:
 
   [[nodiscard]] std::shared_lock<std::shared_mutex> find_anew();
   void read_closed(BlockSet& set);
-  [[nodiscard]] bool waits_for_blocks() const;
   bool meet_new_blocks();
   void update_promised();
   void update_wished();
