@@ -39,8 +39,6 @@
 namespace ptet::build {
 namespace {
 
-/// Stars are called into the cache so many vertices ahead.
-constexpr std::size_t kPrefetch = 3;
 constexpr unsigned kMostThreads = 1024;
 /// Without thresholds from the user, a domain error of this fraction of the diagonal weighs as much as a field error
 /// of the whole range.
@@ -288,7 +286,7 @@ private:
   /// Takes the collapses of a round by what was predicted of them.
   void take_predicted(const std::vector<Vertex>& picked) {
     for (std::size_t i = 0; i < picked.size() && alive_count_ > target_count_; ++i) {
-      if (i + kPrefetch < picked.size()) complex_.prefetch_star(picked[i + kPrefetch]);
+      if (i + WorkingComplex::kPrefetch < picked.size()) complex_.prefetch_star(picked[i + WorkingComplex::kPrefetch]);
       const Vertex vs = picked[i];
       // As far down its half-edges as this round's cost goes.
       while (touched_[vs] != round_ && candidates_->best(vs).target != kNone &&

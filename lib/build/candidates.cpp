@@ -11,8 +11,6 @@
 namespace ptet::build {
 namespace {
 
-/// Stars are called into the cache so many vertices ahead.
-constexpr std::size_t kPrefetch = 3;
 /// A vertex all of whose half-edges were refused waits 1, 2, 4, ... rounds; at most 2 to this power.
 constexpr std::uint32_t kLongestWait = 5;
 /// When the star of a vertex changes its cost may fall, but seldom to less than this part: what was far from being
@@ -125,7 +123,7 @@ void Candidates::predict(std::uint32_t round) {
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), grain), [&](const auto& range) {
     Worker& worker = workers_.local();
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      if (i + kPrefetch < range.end()) complex_.prefetch_star(work_[i + kPrefetch]);
+      if (i + WorkingComplex::kPrefetch < range.end()) complex_.prefetch_star(work_[i + WorkingComplex::kPrefetch]);
       if (i < fresh) {
         pages_[work_[i]].floor = kLowest;
         fill_page(work_[i], worker);

@@ -52,6 +52,8 @@ public:
     const Star& star = stars_[v];
     return {pool_.data() + star.begin, star.size};
   }
+  /// Loops over vertices call their stars into the cache so many vertices ahead.
+  static constexpr std::size_t kPrefetch = 3;
   /// The slots around `v` are wanted soon, each from another place in memory.
   void prefetch_star(Vertex v) const {
     for (const SlotId s : star(v))

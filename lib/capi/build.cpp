@@ -27,8 +27,8 @@ struct ptet_bytes {
 namespace {
 
 // What a .ptet file can hold at all; smaller limits are the build's to find.
-constexpr std::uint64_t kMaxPoints = std::numeric_limits<std::uint32_t>::max() - 2;
-constexpr std::uint64_t kMaxTets = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxFilePoints = std::numeric_limits<std::uint32_t>::max() - 2;
+constexpr std::uint64_t kMaxFileTets = std::uint64_t{1} << 30;
 constexpr std::uint32_t kMaxComponents = 1024;
 
 static_assert(PTET_PREDICT_EXACT == static_cast<int>(Prediction::kExact));
@@ -96,7 +96,7 @@ ptet_status ptet_builder_set_points(ptet_builder* builder, ptet_scalar_type type
                                     ptet_error** error) {
   return change(builder, error, [&](ptet_builder& to) {
     if (to.has_points) refuse("the builder has its points already");
-    check_count(count, kMaxPoints, "points");
+    check_count(count, kMaxFilePoints, "points");
     if (count > 0) (void)required(static_cast<const std::byte*>(xyz), "the array of points");
     to.mesh.positions = copy_array("", type, 3, count, xyz);
     to.has_points = true;
@@ -106,7 +106,7 @@ ptet_status ptet_builder_set_points(ptet_builder* builder, ptet_scalar_type type
 ptet_status ptet_builder_set_tets(ptet_builder* builder, uint64_t count, const uint32_t* corners, ptet_error** error) {
   return change(builder, error, [&](ptet_builder& to) {
     if (to.has_tets) refuse("the builder has its tets already");
-    check_count(count, kMaxTets, "tets");
+    check_count(count, kMaxFileTets, "tets");
     if (count > 0) (void)required(corners, "the array of tets");
     std::vector<Tet> tets(static_cast<std::size_t>(count));
     for (std::size_t t = 0; t < tets.size(); ++t)

@@ -62,7 +62,7 @@ std::vector<BoundingBox> boxes_of(const std::vector<Triangle>& triangles) {
 }
 
 /// A convex polygon of a few corners.
-struct Polygon {
+struct FlatPolygon {
   std::array<Point, 8> corner;
   std::size_t size = 0;
 
@@ -71,8 +71,8 @@ struct Polygon {
 };
 
 /// Cuts along the plane { x : dot(normal, x - origin) = offset * norm(normal) }.
-void split(const Polygon& polygon, const Point& origin, const Vec3& normal, double offset, Polygon& inside,
-           Polygon& outside) {
+void split(const FlatPolygon& polygon, const Point& origin, const Vec3& normal, double offset, FlatPolygon& inside,
+           FlatPolygon& outside) {
   inside.size = outside.size = 0;
   const double level = offset * norm(normal);
   for (std::size_t i = 0; i < polygon.size; ++i) {
@@ -91,14 +91,14 @@ void split(const Polygon& polygon, const Point& origin, const Vec3& normal, doub
 }
 
 /// Twice the area.
-double area_of(const Polygon& polygon) {
+double area_of(const FlatPolygon& polygon) {
   Vec3 sum{};
   for (std::size_t i = 2; i < polygon.size; ++i)
     sum = sum + cross(polygon.corner[i - 1] - polygon.corner[0], polygon.corner[i] - polygon.corner[0]);
   return norm(sum);
 }
 
-double perimeter_of(const Polygon& polygon) {
+double perimeter_of(const FlatPolygon& polygon) {
   double sum = 0;
   for (std::size_t i = 0; i < polygon.size; ++i)
     sum += norm(polygon.corner[(i + 1) % polygon.size] - polygon.corner[i]);
@@ -107,7 +107,7 @@ double perimeter_of(const Polygon& polygon) {
 
 /// Whether taking `part` away leaves much less of `whole`: by area, or by length where the whole is hardly more than a
 /// segment.
-bool is_worth_cutting(const Polygon& part, const Polygon& whole) {
+bool is_worth_cutting(const FlatPolygon& part, const FlatPolygon& whole) {
   const double area = area_of(whole), perimeter = perimeter_of(whole);
   if (area > 1e-6 * perimeter * perimeter) return area_of(part) > kWorthCutting * area;
   return perimeter_of(part) > std::sqrt(kWorthCutting) * perimeter;
@@ -293,11 +293,11 @@ private:
   bool cut_along(const Piece& piece, std::uint32_t slot) {
     const Triangle& over = surface_.triangles_[slot];
     const Vec3 normal = cross(over[1] - over[0], over[2] - over[0]);
-    Polygon whole, rest;
+    FlatPolygon whole, rest;
     for (const Point& p : piece.corner)
       whole.add(p);
-    Polygon inside = whole;
-    std::array<Polygon, 3> outside;
+    FlatPolygon inside = whole;
+    std::array<FlatPolygon, 3> outside;
     // Cut a little outside the edges: else neighbouring triangles would leave slivers between them.
     const double offset = kOverhang * std::sqrt(enough_sq());
     for (std::size_t i = 0; i < 3; ++i) {
@@ -308,12 +308,12 @@ private:
     const double inside_sq = greatest_sq(inside.corners(), over);
     if (inside_sq > enough_sq()) return false;
     settled_sq_ = std::max(settled_sq_, inside_sq);
-    for (const Polygon& polygon : outside)
+    for (const FlatPolygon& polygon : outside)
       push_fan(polygon, slot);
     return true;
   }
 
-  void push_fan(const Polygon& polygon, std::uint32_t hint) {
+  void push_fan(const FlatPolygon& polygon, std::uint32_t hint) {
     std::array<std::uint32_t, 8> nearest{};
     for (std::size_t i = 0; i < polygon.size; ++i) {
       nearest[i] = hint;

@@ -11,7 +11,7 @@ namespace {
 
 using namespace vec;
 
-constexpr double kSlack = 1e-13; ///< of the numbers that go into a projection
+constexpr double kProjectionSlack = 1e-13; ///< of the numbers that go into a projection
 
 Point unit(const Point& a) {
   const double most = std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
@@ -26,7 +26,7 @@ Camera::Camera(const View& view)
       up_(cross(right_, forward_)), tan_v_(std::tan(view.vertical_angle / 2)) {
   tan_h_ = tan_v_ * view.width / view.height;
   const double focal = view.height / (2 * tan_v_);
-  steepest_ = focal * std::sqrt(1 + tan_h_ * tan_h_ + tan_v_ * tan_v_) * (1 + kSlack);
+  steepest_ = focal * std::sqrt(1 + tan_h_ * tan_h_ + tan_v_ * tan_v_) * (1 + kProjectionSlack);
 }
 
 // Outside when all points are beyond one side of the picture, or behind the eye.
@@ -44,7 +44,7 @@ bool Camera::meets(std::span<const Point> corners) const {
     for (std::size_t axis = 0; axis < 3; ++axis)
       most = std::max({most, std::fabs(p[axis]), std::fabs(eye_[axis])});
   }
-  const double slack = kSlack * most * (1 + tan_h_ + tan_v_);
+  const double slack = kProjectionSlack * most * (1 + tan_h_ + tan_v_);
   return std::none_of(nearest.begin(), nearest.end(), [&](double beyond) { return beyond > slack; });
 }
 
