@@ -21,6 +21,7 @@ mapfile -t lod < <(sources lib/lod)
 mapfile -t build < <(sources lib/build)
 mapfile -t c_run_time < <(find lib/capi -name '*.?pp' ! -name build.cpp)
 mapfile -t c_build < <(sources lib/capi/build.cpp)
+mapfile -t python < <(sources tools/python)
 mapfile -t record < <(sources lib/record)
 mapfile -t ground < <(sources lib/mesh lib/error)
 mapfile -t all_lib < <(sources lib)
@@ -34,6 +35,7 @@ forbid "build does not know lod" 'lod/|ptet/(dataset|request|session)\.hpp|forma
 forbid "the C interface stands on the public one" '(lod|build|record|formats)/' "${c_run_time[@]}" "${c_build[@]}"
 forbid "the C interface of the run-time library does not know build" 'ptet/(ptet_)?build\.h' "${c_run_time[@]}"
 forbid "the C interface of the builder does not know lod" 'ptet/(dataset|request|session)\.hpp' "${c_build[@]}"
+forbid "the Python module stands on the public interface" '(lib|mesh|error|lod|build|record|formats)/' "${python[@]}"
 forbid "records do not know formats" 'formats/|build/|lod/' "${record[@]}"
 forbid "mesh and error are the ground floor" 'formats/|build/|lod/|record/' "${ground[@]}"
 forbid "the library does not know the tools" '(.*/)?tools/' "${all_lib[@]}" "${all_formats[@]}"

@@ -1,0 +1,193 @@
+"""Building from arrays of every kind, and what is refused."""
+import pathlib
+import tempfile
+import unittest
+
+from support import built, cube
+
+import numpy as np
+import ptet
+
+FAST = {"method": "QN"}
+
+
+def vertex_order(cut, points):
+    """For each vertex of the cut its row in the original points."""
+    rows = {point.tobytes(): i for i, point in enumerate(points)}
+    return np.array([rows[point.tobytes()] for point in cut.points])
+
+
+class Build(unittest.TestCase):
+    def test_what_goes_in_comes_out(self):
+        points, tets, fields = cube()
+        cut = ptet.build(points, tets, fields).open().extract()
+        order = vertex_order(cut, points)
+        self.assertEqual(cut.limited_by, "nothing")
+        self.assertEqual(sorted(order), list(range(len(points))))
+        for name, values in fields.items():
+            self.assertEqual(cut.fields[name].dtype, values.dtype)
+            np.testing.assert_array_equal(cut.fields[name], values[order])
+        self.assertEqual({tuple(sorted(row)) for row in order[cut.tets].tolist()},
+                         {tuple(sorted(row)) for row in tets.tolist()})
+
+    def test_every_type_of_numbers(self):
+        points, tets, fields = cube(3)
+        for name in ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"):
+            values = (np.arange(2 * len(points)).reshape(-1, 2) % 50).astype(name)
+            cut = ptet.build(points, tets, {"values": values, "t": fields["t"]}, **FAST).open().extract()
+            self.assertEqual(cut.fields["values"].dtype, np.dtype(name))
+            np.testing.assert_array_equal(cut.fields["values"], values[vertex_order(cut, points)])
+        double = ptet.build(points.astype("f8"), tets, fields, **FAST).open()
+        self.assertEqual(double.info.point_dtype, np.float64)
+        self.assertEqual(double.extract().points.dtype, np.float64)
+
+    def test_every_layout_gives_the_same_bytes(self):
+        points, tets, fields = cube(4)
+        wanted = bytes(ptet.build(points, tets, fields, **FAST).data)
+        read_only = points.copy()
+        read_only.flags.writeable = False
+        spread = np.full((len(points), 7), np.nan, np.float32)
+        spread[:, 1:6:2] = points
+        layouts = {
+            "Fortran order": (np.asfortranarray(points), np.asfortranarray(tets), fields),
+            "read-only": (read_only, tets, fields),
+            "strides": (spread[:, 1:6:2], tets, fields),
+            "backwards": (points[::-1][::-1], np.ascontiguousarray(tets[:, ::-1])[:, ::-1], fields),
+            "big-endian": (points.astype(">f4"), tets.astype(">i8"),
+                           {name: values.astype(values.dtype.newbyteorder(">")) for name, values in fields.items()}),
+            "uint8 and lists": (points.tolist() and points, tets.astype(np.uint8).tolist(), fields),
+            "uint32": (points, tets.astype(np.uint32), fields),
+            "uint64": (points, tets.astype(np.uint64), fields),
+            "int16": (points, tets.astype(np.int16), fields),
+        }
+        for name, (p, t, f) in layouts.items():
+            with self.subTest(name):
+                self.assertEqual(bytes(ptet.build(p, t, f, **FAST).data), wanted)
+
+    def test_threads_do_not_matter(self):
+        self.assertEqual(bytes(ptet.build(*cube(), threads=1).data), built())
+        self.assertEqual(bytes(ptet.build(*cube(), threads=3).data), built())
+
+    def test_a_file_is_the_same_bytes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "a mésh.ptet"
+            made = ptet.build(*cube(), out=path)
+            self.assertIsNone(made.data)
+            self.assertEqual(made.path, str(path))
+            self.assertEqual(path.read_bytes(), built())
+            self.assertEqual(made.open().info, ptet.open(path).info)
+            with self.assertRaises(ptet.FileError):
+                ptet.build(*cube(3), out=pathlib.Path(folder) / "none" / "x.ptet", **FAST)
+
+    def test_report(self):
+        points, tets, fields = cube()
+        made = ptet.build(points, tets, fields, target_vertices="20%", source_name="cube", source_hash="abc")
+        report, info = made.report, made.open().info
+        self.assertEqual((report.input_vertices, report.input_tets), (len(points), len(tets)))
+        self.assertEqual((info.base_vertices, info.base_tets), (report.base_vertices, report.base_tets))
+        self.assertLessEqual(report.base_vertices, len(points) // 5)
+        self.assertEqual(report.records, len(points) - report.base_vertices)
+        self.assertEqual(report.collapses["accepted"], report.records)
+        self.assertEqual(report.file_bytes, len(made.data))
+        self.assertEqual(len(report.walk), report.rounds)
+        self.assertEqual(report.walk[-1].vertices, report.base_vertices)
+        self.assertEqual(set(report.field_error), {"t", "flow"})
+        self.assertEqual(info.provenance["source_name"], "cube")
+        self.assertEqual(info.provenance["source_hash"], "abc")
+        self.assertEqual([field.governing for field in info.fields], [True, True, False])
+
+    def test_options_reach_the_library(self):
+        points, tets, fields = cube()
+        options = {"govern": "t", "method": "BF", "objective": "max", "max_domain_error": 0.01, "max_star": 40,
+                   "round_fraction": 0.2, "min_quality": 0.01, "target_vertices": 200, "max_field_error": {"t": "8%"}}
+        made = ptet.build(points, tets, fields, **options)
+        told = made.open().info.provenance["options"]
+        for name, value in {"field": "t", "predict": "simulate", "evaluate": "vertices", "objective": "max",
+                            "max-star": "40", "round-fraction": "0.2", "min-quality": "0.01",
+                            "target-vertices": "200", "max-domain-error": "0.01"}.items():
+            self.assertEqual(told[name], value)
+        info = made.open().info
+        self.assertLessEqual(info.max_field_error["t"], 0.08 * info.field("t").range * (1 + 1e-12))
+
+    def test_arrays_that_are_refused(self):
+        points, tets, fields = cube(3)
+        n = len(points)
+        for error, says, arguments in [
+            (ptet.ArgumentError, "shape", (points[:, :2], tets, fields)),
+            (ptet.ArgumentError, "shape", (points.ravel(), tets, fields)),
+            (ptet.ArgumentError, "shape", (points, tets[:, :3], fields)),
+            (ptet.ArgumentError, "shape", (points, tets.ravel(), fields)),
+            (ptet.ArgumentError, "shape", (points, tets, {"t": fields["t"][:-1]})),
+            (ptet.ArgumentError, "shape", (points, tets, {"t": np.zeros((n, 2, 2))})),
+            (ptet.ArgumentError, "shape", (points, tets, {"t": np.zeros((n, 0))})),
+            (ptet.ArgumentError, "shape", (points, tets, {"t": 3.0})),
+            (ptet.ArgumentError, "whole numbers", (points, tets.astype(np.float64), fields)),
+            (ptet.ArgumentError, "float16", (points.astype(np.float16), tets, fields)),
+            (ptet.ArgumentError, "bool", (points, tets, {"t": np.zeros(n, bool)})),
+            (ptet.ArgumentError, "complex", (points, tets, {"t": np.zeros(n, complex)})),
+            (ptet.ArgumentError, "object", (points, tets, {"t": np.array([None] * n)})),
+            (ptet.ArgumentError, "float128", (points, tets, {"t": np.zeros(n, np.longdouble)})),
+            (ptet.ArgumentError, "masked", (points, tets, {"t": np.ma.masked_less(fields["t"], 0.5)})),
+            (ptet.ArgumentError, "no name", (points, tets, {3: fields["t"]})),
+            (ptet.ArgumentError, "", (points, [[0, 1, 2], [0, 1]], fields)),
+            (ptet.InputError, str(n), (points, np.where(tets == 5, n, tets), fields)),
+            (ptet.InputError, "-1", (points, np.where(tets == 5, -1, tets), fields)),
+            (ptet.InputError, str(2**32), (points, np.where(tets == 5, 2**32, tets), fields)),
+            (ptet.InputError, "finite", (np.where(points == 1, np.nan, points), tets, fields)),
+            (ptet.InputError, "finite", (np.where(points == 1, np.inf, points), tets, fields)),
+            (ptet.InputError, "finite", (points, tets, {"t": np.where(fields["t"] > 1, np.nan, fields["t"])})),
+            (ptet.InputError, "", (points, tets[:0], fields)),
+            (ptet.InputError, "", (points[:0], tets[:0], {})),
+        ]:
+            with self.subTest(says=says, error=error.__name__), self.assertRaisesRegex(error, says):
+                ptet.build(*arguments, **FAST)
+
+    def test_options_that_are_refused(self):
+        for options in [
+            {"method": "best"}, {"predict": "x"}, {"evaluate": "x"}, {"objective": "x"}, {"govern": "nothing"},
+            {"govern": [3]}, {"max_domain_error": "two"}, {"max_domain_error": -1}, {"max_domain_error": float("nan")},
+            {"target_vertices": "x"}, {"target_vertices": -3}, {"target_vertices": "200%"}, {"target_vertices": 1.5},
+            {"max_star": 3}, {"max_star": 1.5}, {"threads": -1}, {"threads": "all"}, {"round_fraction": 0},
+            {"min_quality": float("nan")}, {"max_field_error": {"nothing": 1}}, {"max_field_error": {"t": -1}},
+            {"predict": "exact", "evaluate": "none"}, {"progress": 3},
+        ]:
+            with self.subTest(options), self.assertRaises(ptet.ArgumentError):
+                ptet.build(*cube(3), **options)
+
+    def test_progress_is_told_and_may_cancel(self):
+        told = []
+        ptet.build(*cube(), progress=lambda stage, done, total: told.append((stage, done, total)))
+        self.assertIn("collapsing", {stage for stage, _, _ in told})
+        for stage, done, total in told:
+            self.assertIsInstance(stage, str)
+            self.assertTrue(total == 0 or 0 <= done <= total)
+        with tempfile.TemporaryDirectory() as folder:
+            with self.assertRaises(ptet.Cancelled):
+                ptet.build(*cube(), out=folder + "/x.ptet", progress=lambda *told: False)
+            self.assertEqual(list(pathlib.Path(folder).iterdir()), [])
+
+    def test_what_progress_raises_comes_through(self):
+        class Own(BaseException):
+            pass
+
+        def progress(*_):
+            raise Own("stop")
+        with self.assertRaisesRegex(Own, "stop"):
+            ptet.build(*cube(), progress=progress)
+        with self.assertRaises(TypeError):
+            ptet.build(*cube(), progress=lambda: None)
+
+    def test_validate(self):
+        points, tets, fields = cube(3)
+        report = ptet.validate(points, tets, fields)
+        self.assertEqual((report.vertices, report.tets, report.components), (64, 162, 1))
+        self.assertEqual((report.boundary_faces, report.boundary_euler_characteristic), (108, 2))
+        self.assertAlmostEqual(report.volume, 1)
+        self.assertEqual(report.box_max, (1, 1, 1))
+        twice = ptet.validate(points, np.concatenate([tets, tets[:3]]), fields)
+        found = {finding.code: finding for finding in twice.findings}
+        self.assertEqual([f.count for f in found.values() if f.severity == "error"][0], 3)
+
+
+if __name__ == "__main__":
+    unittest.main()

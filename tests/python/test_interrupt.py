@@ -1,0 +1,110 @@
+"""Ctrl-C while the library works, in the main thread and beside it."""
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import textwrap
+import threading
+import time
+import unittest
+
+from support import built, cube
+
+import ptet
+
+SOON = 2.5  # seconds of processor time, of all threads: they say the same however busy the machine is
+
+
+class Interrupt(unittest.TestCase):
+    def interrupted(self, call, after=1.0):
+        """Runs `call` and presses Ctrl-C: what it took to stop after that."""
+        pressed = []
+
+        def press():
+            pressed.append(time.process_time())
+            os.kill(os.getpid(), signal.SIGINT)
+        timer = threading.Timer(after, press)
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            call()
+        timer.join()
+        return time.process_time() - pressed[0]
+
+    def test_builds_stop(self):
+        big = cube(36)  # for a minute or so
+        for method in ({}, {"method": "BFS"}, {"method": "QN", "evaluate": "exact"}):
+            with self.subTest(method), tempfile.TemporaryDirectory() as folder:
+                took = self.interrupted(lambda: ptet.build(*big, out=folder + "/x.ptet", **method))
+                self.assertLess(took, SOON)
+                self.assertEqual(os.listdir(folder), [])
+
+    def test_what_reads_stops(self):
+        class Slow:
+            size = len(built())
+
+            def read(self, offset, size):
+                if threading.current_thread() is threading.main_thread():
+                    raise AssertionError("read by the wrong thread")
+                time.sleep(0.5)
+                return built()[offset:offset + size]
+
+        data = None
+
+        def wait():
+            nonlocal data
+            while True:
+                data.extract(error="1%")
+                data.wait_until_loaded()
+
+        class Opening(Slow):
+            def read(self, offset, size):
+                return built()[offset:offset + size]
+        source = Opening()
+        data = ptet.open(source, background=True)
+        source.read = Slow().read
+        self.assertLess(self.interrupted(wait, after=0.2), SOON)
+        del data
+
+    def test_the_process_ends_as_interrupted(self):
+        script = """
+            import sys
+            sys.path.insert(0, sys.argv[1])
+            import support
+            big = support.cube(36)
+            print("ready", flush=True)
+            support.ptet.build(*big)
+        """
+        child = subprocess.Popen([sys.executable, "-c", textwrap.dedent(script), os.path.dirname(__file__)],
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8")
+        with child:
+            self.assertEqual(child.stdout.readline(), "ready\n")
+            time.sleep(0.5)
+            child.send_signal(signal.SIGINT)
+            _, errors = child.communicate(timeout=60)
+        self.assertEqual(child.returncode, -signal.SIGINT)
+        self.assertIn("KeyboardInterrupt", errors)
+
+    def test_other_threads_run_meanwhile(self):
+        big = cube(24)
+        ticks, done = 0, threading.Event()
+        error = []
+
+        def build():
+            try:
+                ptet.build(*big, method="QN", threads=1)
+            except ptet.Error as caught:
+                error.append(caught)
+            finally:
+                done.set()
+        thread = threading.Thread(target=build)
+        thread.start()
+        while not done.wait(0.01):
+            ticks += 1
+        thread.join()
+        self.assertEqual(error, [])
+        self.assertGreater(ticks, 5)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,185 @@
+"""Sessions: the mesh of each update is that of an extraction, and the arrays follow."""
+import gc
+import signal
+import threading
+import unittest
+
+from support import built, check_mesh
+
+import numpy as np
+import ptet
+
+REQUESTS = [
+    {"error": "5%"}, {"budget": 300}, {"focus": ptet.Sphere((0, 0, 0), 0.4)}, {"focus": ptet.Sphere((1, 1, 1), 0.4)},
+    {}, {"error": "30%"}, {"error": "1%", "domain_error": "1%"}, {"error": "4%", "values": ptet.Values("t", 1.2)},
+    {"budget": 40}, {},
+]
+
+
+def without_slots(session):
+    """points, tets, boundary faces and vertex ids of what the arrays show."""
+    ids, tets, faces = session.vertex_ids, session.tets, session.boundary_faces
+    used = np.flatnonzero(ids != ptet.UNUSED)
+    row = np.full(len(ids), -1, np.int64)
+    row[used] = np.arange(len(used))
+    return (session.points[used], row[tets[tets[:, 0] != ptet.UNUSED]], row[faces[faces[:, 0] != ptet.UNUSED]],
+            ids[used], {name: values[used] for name, values in session.fields.items()})
+
+
+def as_ids(ids, rows):
+    """Rows by vertex ids, each from its least corner on, sorted: what two numberings of one mesh have in common."""
+    return sorted(sorted(row) for row in ids[rows].tolist())
+
+
+class Session(unittest.TestCase):
+    def check_same(self, session, cut):
+        points, tets, faces, ids, fields = without_slots(session)
+        check_mesh(self, points, tets, faces)
+        self.assertEqual(as_ids(ids, tets), as_ids(cut.vertex_ids, cut.tets))
+        self.assertEqual(as_ids(ids, faces), as_ids(cut.vertex_ids, cut.boundary_faces))
+        here, there = np.argsort(ids), np.argsort(cut.vertex_ids)
+        np.testing.assert_array_equal(points[here], cut.points[there])
+        for name, values in fields.items():
+            np.testing.assert_array_equal(values[here], cut.fields[name][there])
+
+    def test_each_update_is_the_extraction(self):
+        data = ptet.open(built())
+        session = data.session()
+        self.assertEqual(len(without_slots(session)[1]), data.info.base_tets)
+        tets, vertices = 0, 0
+        for request in REQUESTS:
+            with self.subTest(request):
+                update, cut = session.update(**request), data.extract(**request)
+                self.assertTrue(update.complete)
+                self.assertEqual((update.tets, update.vertices, update.boundary_faces),
+                                 (len(cut.tets), len(cut.points), len(cut.boundary_faces)))
+                tets += update.tets_added - update.tets_removed
+                vertices += update.vertices_added - update.vertices_removed
+                self.assertEqual((update.tets, update.vertices), (tets, vertices))
+                self.assertEqual(update.field_error, cut.field_error)
+                self.assertEqual(update.rms_error.keys(), cut.rms_error.keys())
+                self.assertEqual(update.limited_by, cut.limited_by)
+                self.check_same(session, cut)
+                np.testing.assert_array_equal(session.extraction().tets, cut.tets)
+
+    def test_changed_slots_keep_a_copy_right(self):
+        session = ptet.open(built()).session()
+        tets = np.empty((0, 4), np.uint32)
+        for request in REQUESTS:
+            update = session.update(**request)
+            grown = np.zeros((len(session.tets), 4), np.uint32)
+            grown[:len(tets)] = tets[:len(grown)]
+            tets = grown
+            tets[update.changed_tets] = session.tets[update.changed_tets]
+            np.testing.assert_array_equal(tets, session.tets)
+            self.assertEqual(len(set(update.changed_tets.tolist())), len(update.changed_tets))
+
+    def test_nothing_changes_for_the_same_request(self):
+        session = ptet.open(built()).session()
+        session.update(error="5%")
+        update = session.update(error="5%")
+        self.assertEqual((update.splits, update.collapses, len(update.changed_tets)), (0, 0, 0))
+
+    def test_arrays_outlive_the_session(self):
+        session = ptet.open(built()).session()
+        session.update(budget=200)
+        old = session.points
+        copy = old.copy()
+        session.update()
+        new, tets = session.points, session.tets
+        self.assertGreater(len(new), len(old))
+        wanted = new.copy(), tets.copy()
+        del session
+        gc.collect()
+        np.ones(10**6)
+        self.assertEqual(old.shape, copy.shape)
+        np.testing.assert_array_equal(new, wanted[0])
+        np.testing.assert_array_equal(tets, wanted[1])
+        with self.assertRaises(ValueError):
+            new[0] = 0
+
+    def test_little_time_leads_to_the_same_mesh(self):
+        data = ptet.open(built(), )
+        session, calls, done = data.session(), 0, 0
+        while True:
+            update = session.update(error="1%", budget=ptet.Budget(milliseconds=0))
+            calls += 1
+            done += update.splits
+            if update.complete:
+                break
+            self.assertEqual(update.limited_by, "time")
+            check_mesh(self, *without_slots(session)[:3])
+        self.assertGreater(calls, 2)
+        self.check_same(session, data.extract(error="1%"))
+
+    def test_refusals_leave_the_mesh(self):
+        data = ptet.open(built())
+        session = data.session()
+        session.update(error="5%")
+        tets = session.tets.copy()
+        for request in ({"error": -1}, {"error": {"nothing": 1}}, {"focus": ptet.Sphere((0, 0, 0), -1)}):
+            with self.assertRaises(ptet.ArgumentError):
+                session.update(**request)
+        np.testing.assert_array_equal(session.tets, tets)
+        self.check_same(session, data.extract(error="5%"))
+        with self.assertRaises(ptet.ArgumentError):
+            ptet.Session(3)
+
+    def test_one_thread_at_a_time(self):
+        class Slow:
+            """Stops in the middle of a read until it is told to go on."""
+            size = len(built())
+
+            def __init__(self):
+                self.waits, self.go_on, self.is_slow = threading.Event(), threading.Event(), False
+
+            def read(self, offset, size):
+                if self.is_slow:
+                    self.waits.set()
+                    self.go_on.wait(60)
+                return built()[offset:offset + size]
+
+        source = Slow()
+        data = ptet.open(source)
+        session = data.session()
+        source.is_slow = True
+        updates = []
+        thread = threading.Thread(target=lambda: updates.append(session.update(error="1%")))
+        thread.start()
+        self.assertTrue(source.waits.wait(60))
+        for use in (session.update, session.extraction, lambda: session.tets):
+            with self.assertRaisesRegex(ptet.Error, "another thread"):
+                use()
+        source.is_slow = False
+        source.go_on.set()
+        thread.join()
+        self.assertTrue(updates[0].complete)
+        self.check_same(session, data.extract(error="1%"))
+
+    def test_interrupted_arrays_catch_up(self):
+        """A signal between the library's update and the arrays'."""
+        class Own(Exception):
+            pass
+
+        def interrupt(*_):
+            raise Own
+
+        data = ptet.open(built())
+        session = data.session()
+        session.update(error="20%")
+        before = signal.signal(signal.SIGALRM, interrupt)
+        try:
+            follow = session._follow
+            session._follow = lambda step: signal.raise_signal(signal.SIGALRM)
+            with self.assertRaises(Own):
+                session.update(error="1%")
+            session._follow = follow
+        finally:
+            signal.signal(signal.SIGALRM, before)
+        self.check_same(session, data.extract(error="1%"))
+        session.update(error="3%")
+        self.check_same(session, data.extract(error="3%"))
+
+
+if __name__ == "__main__":
+    unittest.main()

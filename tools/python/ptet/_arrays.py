@@ -1,0 +1,71 @@
+"""What callers pass as meshes, brought to the form that the library copies from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArgumentError, InputError
+
+Array = npt.NDArray[Any]
+
+_TYPES = {np.dtype(name) for name in ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8")}
+
+
+def _as_array(given: npt.ArrayLike, what: str) -> Array:
+    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):  # type: ignore[no-untyped-call]
+        raise ArgumentError(f"{what}: masked values have no meaning in a mesh; fill them, or leave the array out")
+    try:
+        return np.asarray(given)
+    except ValueError as error:  # rows of different lengths
+        raise ArgumentError(f"{what}: {error}") from None
+
+
+def _plain(array: Array, what: str) -> Array:
+    """Contiguous, in the machine's byte order; the values stay as they are."""
+    native = array.dtype.newbyteorder("=")
+    if native not in _TYPES:
+        raise ArgumentError(f"{what}: numbers of type {array.dtype} cannot be kept; convert them to one of "
+                            "int8 ... int64, uint8 ... uint64, float32, float64")
+    return np.ascontiguousarray(array, dtype=native)
+
+
+def as_points(given: npt.ArrayLike) -> Array:
+    """n x 3, of one of the file's types."""
+    array = _as_array(given, "points")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ArgumentError(f"points: an array of shape (n, 3) is wanted, not {array.shape}")
+    return _plain(array, "points")
+
+
+def as_tets(given: npt.ArrayLike, vertices: int) -> Array:
+    """m x 4 of uint32, each below the number of vertices."""
+    array = _as_array(given, "tets")
+    if array.ndim != 2 or array.shape[1] != 4:
+        raise ArgumentError(f"tets: an array of shape (m, 4) is wanted, not {array.shape}")
+    if array.dtype.kind not in "iu":
+        raise ArgumentError(f"tets: an array of whole numbers is wanted, not of {array.dtype}")
+    if array.size and (int(array.min()) < 0 or int(array.max()) >= vertices):
+        wrong = ((array < 0) | (array >= vertices)).any(axis=1)
+        first = int(np.argmax(wrong))
+        raise InputError(f"tets: {int(wrong.sum())} of them name vertices that are not there (0 to {vertices - 1}), "
+                         f"the first is tet {first}: {array[first].tolist()}")
+    return np.ascontiguousarray(array, dtype=np.uint32)
+
+
+def as_fields(given: Mapping[str, npt.ArrayLike] | None, vertices: int) -> list[tuple[str, Array]]:
+    """By name, (n,) or (n, components), each of one of the file's types."""
+    fields = []
+    for name, values in (given or {}).items():
+        if not isinstance(name, str):
+            raise ArgumentError(f"fields: {name!r} is no name; names are str")
+        what = f"field {name!r}"
+        array = _as_array(values, what)
+        if array.ndim not in (1, 2) or array.shape[0] != vertices or 0 in array.shape[1:]:
+            raise ArgumentError(f"{what}: an array of shape ({vertices},) or ({vertices}, components) is wanted, "
+                                f"not {array.shape}")
+        fields.append((name, _plain(array, what)))
+    return fields

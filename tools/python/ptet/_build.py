@@ -1,0 +1,290 @@
+"""From arrays to a .ptet file, or to its bytes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Optional, Union
+
+import numpy.typing as npt
+
+from . import _core
+from ._arrays import as_fields, as_points, as_tets
+from ._dataset import Dataset, open as open_file
+from ._errors import ArgumentError
+from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse_field_bounds
+
+ProgressCallback = Callable[[str, int, int], Any]
+"""Called with a stage such as "collapsing", how much of it is done, and of how much (0: unknown), some 20 times a second
+at most, from the thread that called. Returning False cancels: Cancelled is raised. What it raises comes through."""
+
+PathLike = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
+
+# What is predicted, where errors are evaluated: the names of Cignoni et al. 2000, what is compared with them, and ours.
+_METHODS = {
+    "exact": ("exact", "exact"),
+    "LN": ("local", "none"),
+    "GN": ("gradient", "none"),
+    "QN": ("quadric", "none"),
+    "BF": ("simulate", "vertices"),
+    "BFS": ("simulate", "samples"),
+    "staadt-gross": ("weighted-sum", "none"),
+    "trotts": ("per-tet", "none"),
+}
+
+
+@dataclass(frozen=True)
+class Round:
+    """How far a build had come at the end of a round.
+
+    Attributes:
+        vertices: that are left.
+        cost: the most that a collapse of this round might cost.
+        field_error: largest recorded so far, of any field, as a fraction of its range.
+        domain_error: largest recorded so far, as a fraction of the diagonal.
+    """
+
+    vertices: int
+    cost: float
+    field_error: float
+    domain_error: float
+
+
+@dataclass(frozen=True)
+class BuildReport:
+    """What a build did.
+
+    Attributes:
+        input_vertices, input_tets: of the original.
+        base_vertices, base_tets: of the coarsest mesh.
+        records: collapses that the file holds.
+        rounds: how many there were; `walk` has one entry for each.
+        depth: longest chain of records that depend on one another.
+        collapses: tries by what became of them: "accepted", "link condition", ...
+        stopped_by: "target", or "no candidate left" with what stands against each half-edge that is left.
+        simulations, exact_evaluations: half-edges that were simulated, and measured exactly, before they were taken.
+        field_error: largest recorded, by field, in its units.
+        domain_error: largest recorded, mesh units.
+        walk: vertices, cost and errors after each round.
+        notes: what was found in the input and done about it.
+        cut_dependencies: added so that the boundary of no cut crosses itself.
+        file_bytes: size of the file.
+        collapse_seconds, certify_seconds, total_seconds: wall time.
+    """
+
+    input_vertices: int
+    input_tets: int
+    base_vertices: int
+    base_tets: int
+    records: int
+    rounds: int
+    depth: int
+    collapses: dict[str, int]
+    stopped_by: str
+    simulations: int
+    exact_evaluations: int
+    field_error: dict[str, float]
+    domain_error: float
+    walk: list[Round]
+    notes: list[str]
+    cut_dependencies: int
+    file_bytes: int
+    collapse_seconds: float
+    certify_seconds: float
+    total_seconds: float
+
+
+class Built:
+    """What `build` made.
+
+    Attributes:
+        path: of the file, or None when it is in memory.
+        data: the file's bytes as a read-only memoryview, or None when they are in a file.
+        report: a BuildReport.
+    """
+
+    def __init__(self, path: str | None, data: memoryview | None, report: BuildReport) -> None:
+        self.path = path
+        self.data = data
+        self.report = report
+
+    def open(self, *, memory_limit: int = 0, background: bool = False, salvage: bool = False) -> Dataset:
+        """Opens it, as ptet.open does."""
+        source = self.data if self.data is not None else self.path
+        assert source is not None
+        return open_file(source, memory_limit=memory_limit, background=background, salvage=salvage)
+
+    def __repr__(self) -> str:
+        where = repr(self.path) if self.path is not None else "in memory"
+        report = self.report
+        return (f"<ptet.Built {where}: {report.input_tets} tets down to {report.base_tets}, "
+                f"{report.file_bytes} bytes>")
+
+
+def _choose_method(method: str, predict: str | None, evaluate: str | None) -> tuple[str, str]:
+    if method not in _METHODS:
+        raise ArgumentError(f"method {method!r}: it is one of {', '.join(_METHODS)}")
+    prediction, evaluation = _METHODS[method]
+    if predict is not None:
+        prediction = predict
+    if evaluate is not None:
+        evaluation = evaluate
+    if prediction == "exact" and evaluation != "exact":
+        if predict is not None:
+            raise ArgumentError("predict='exact' orders collapses by errors measured everywhere: it goes with "
+                                "evaluate='exact'")
+        prediction = "quadric"
+    return prediction, evaluation
+
+
+def _whole(value: int, least: int, most: int, what: str) -> int:
+    try:
+        number = value.__index__()
+    except AttributeError:
+        number = least - 1
+    if not least <= number <= most:
+        raise ArgumentError(f"{what} {value!r}: a whole number from {least} to {most} is wanted")
+    return number
+
+
+def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.ArrayLike] | None = None, *,
+          out: PathLike | None = None, govern: str | Iterable[str] | None = None, method: str = "exact",
+          predict: str | None = None, evaluate: str | None = None, objective: str = "both",
+          max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
+          target_vertices: Count | float = 0.01, min_quality: float = 1e-3, max_star: int = 64,
+          round_fraction: float = 0.3, threads: int = 0, source_name: str = "", source_hash: str = "",
+          progress: Optional[ProgressCallback] = None) -> Built:
+    """Simplifies a mesh, and keeps all its levels in one file.
+
+    Arrays of any memory layout and byte order are taken; they are copied, and their numbers come back bit for bit.
+
+    Args:
+        points: (n, 3), any of the types int8 to float64; mesh units.
+        tets: (m, 4) rows of `points`, any type of whole numbers, in any orientation.
+        fields: by name (n,) or (n, components), any of the types int8 to float64.
+        out: the file to write, whole or not at all. None: the bytes stay in memory.
+        govern: names of the fields whose errors are kept small and stated; None: every floating-point field.
+        method: "exact", or one of the paper's "LN", "GN", "QN", "BF", "BFS", or "staadt-gross", "trotts".
+        predict: what orders the collapses instead of the method's: "exact", "local", "gradient", "quadric", "simulate",
+            "weighted-sum", "per-tet".
+        evaluate: where the errors that the file states are measured, instead of the method's: "exact" (everywhere, so
+            that they are bounds), "samples", "vertices", "none". Another one than "exact" has method "exact" order
+            collapses by quadrics.
+        objective: the field error that is kept small where collapses are simulated: "max", "rms", "both".
+        max_field_error: no collapse may have a larger one; field units or "2%", one for all or by field.
+        max_domain_error: no collapse may have a larger one; mesh units or "2%" of the diagonal.
+        target_vertices: how far down to go: a number of vertices, "1%" of them, or such a fraction below 1.
+        min_quality: floor of the shape measure 6 sqrt(2) V / Lmax^3, 0 flat to 1 regular.
+        max_star: cap on the tets and boundary faces around a vertex, 8 to 4096.
+        round_fraction: the best part of the candidates that a round may take, in (0, 1].
+        threads: worker threads; 0: as many as the machine has. The bytes do not depend on it.
+        source_name, source_hash: where the mesh comes from, kept in the file as they are.
+        progress: see ProgressCallback.
+
+    Returns:
+        Built, which `open()`s.
+
+    Raises:
+        ArgumentError (arrays, options), InputError (the mesh, with the first thing wrong), LimitError, FileError,
+        Cancelled. Ctrl-C raises KeyboardInterrupt, soon; nothing is left behind.
+
+    Other Python threads run meanwhile. Arrays may be changed once the first progress is told.
+    """
+    point_rows = as_points(points)
+    vertices = len(point_rows)
+    prediction, evaluation = _choose_method(method, predict, evaluate)
+    if isinstance(target_vertices, float) and 0 <= target_vertices < 1:
+        target = target_vertices
+    else:
+        target = float(parse_count(target_vertices, vertices, "target_vertices"))  # type: ignore[arg-type]
+    names = [govern] if isinstance(govern, str) else list(govern or [])
+    if not all(isinstance(name, str) for name in names):
+        raise ArgumentError(f"govern {names!r}: names of fields are wanted")
+    path = None if out is None else os.fsdecode(out)
+    bounds = [(name, value, relative) for name, (value, relative) in
+              parse_field_bounds(max_field_error, "max_field_error")]
+    if progress is not None and not callable(progress):
+        raise ArgumentError(f"progress {progress!r}: it cannot be called")
+    data, report = _core.build(
+        point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
+        names, bounds, parse_bound(max_domain_error, "max_domain_error"), target, float(min_quality), prediction,
+        evaluation, objective, _whole(max_star, 8, 4096, "max_star"), float(round_fraction),
+        _whole(threads, 0, 1024, "threads"), source_name, source_hash, progress)
+    report["walk"] = [Round(*step) for step in report["walk"]]
+    return Built(path, None if data is None else memoryview(data), BuildReport(**report))
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One kind of defect.
+
+    Attributes:
+        code: stable, for programs: "inverted-tets".
+        severity: "note", "warning" or "error": a mesh with an error cannot be built from.
+        count: how often it occurs.
+        message: one sentence, with what is done about it.
+        first_ids: up to 8 ids of tets or vertices, whichever the message names.
+    """
+
+    code: str
+    severity: str
+    count: int
+    message: str
+    first_ids: list[int]
+
+
+@dataclass(frozen=True)
+class FieldSummary:
+    """A field's name, type, components, and least and largest finite value (for vectors: of the length)."""
+
+    name: str
+    dtype: str
+    components: int
+    min: float
+    max: float
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What a mesh is.
+
+    Attributes:
+        vertices, tets, boundary_faces, boundary_vertices: counts.
+        components: of tets joined by faces; boundary_components: of boundary faces joined by edges.
+        euler_characteristic, boundary_euler_characteristic: of the vertices in use.
+        volume: mesh units cubed; boundary_area: mesh units squared.
+        box_min, box_max: corners of the bounding box, mesh units.
+        fields: a FieldSummary each.
+        findings: every kind of defect there is.
+    """
+
+    vertices: int
+    tets: int
+    boundary_faces: int
+    boundary_vertices: int
+    components: int
+    boundary_components: int
+    euler_characteristic: int
+    boundary_euler_characteristic: int
+    volume: float
+    boundary_area: float
+    box_min: tuple[float, float, float]
+    box_max: tuple[float, float, float]
+    fields: list[FieldSummary]
+    findings: list[Finding]
+
+
+def validate(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.ArrayLike] | None = None, *,
+             progress: Optional[ProgressCallback] = None) -> MeshReport:
+    """Examines a mesh: counts, topology, and all that is wrong with it. Arguments as of `build`.
+
+    Raises:
+        ArgumentError (arrays), InputError (ids out of range), LimitError, Cancelled.
+    """
+    point_rows = as_points(points)
+    vertices = len(point_rows)
+    report = _core.validate(point_rows, as_tets(tets, vertices), as_fields(fields, vertices), progress)
+    report["fields"] = [FieldSummary(*field) for field in report["fields"]]
+    report["findings"] = [Finding(*finding) for finding in report["findings"]]
+    return MeshReport(**report)

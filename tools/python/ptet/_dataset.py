@@ -1,0 +1,243 @@
+"""Opened files."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Optional, Protocol, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._errors import ArgumentError, FileError, FormatError, LimitError
+from ._extraction import Extraction
+from ._request import Bound, Budget, ErrorBounds, Region, Values, View, make_request
+
+if TYPE_CHECKING:
+    from ._session import Session
+
+
+class ByteSource(Protocol):
+    """The bytes of a file, wherever they are: an HTTP server that knows ranges, an object store, an archive."""
+
+    @property
+    def size(self) -> int:
+        """Bytes in all. A method `size()` will do as well."""
+
+    def read(self, offset: int, size: int, /) -> bytes | bytearray | memoryview:
+        """Exactly `size` bytes from `offset` on; what it raises becomes a FileError, or a BlockFailure. It is called
+        from whatever thread reads, never from two at a time, and must not use the dataset itself."""
+
+
+@dataclass(frozen=True)
+class FieldInfo:
+    """A field of a file.
+
+    Attributes:
+        name: as it was given to the build.
+        dtype: of its numbers.
+        components: how many numbers a vertex has.
+        governing: its errors are in the file, and can be asked for.
+        range: largest minus least value; for vectors the diagonal of the box of values.
+    """
+
+    name: str
+    dtype: np.dtype[Any]
+    components: int
+    governing: bool
+    range: float
+
+
+@dataclass(frozen=True)
+class DatasetInfo:
+    """What a file holds.
+
+    Attributes:
+        vertices, tets: of the original.
+        base_vertices, base_tets: of the coarsest mesh.
+        records, blocks: vertex splits, and the blocks that they are stored in.
+        file_bytes: size of the file.
+        point_dtype: type of the coordinates.
+        fields: a FieldInfo each.
+        box_min, box_max, diagonal: of the original's bounding box, mesh units.
+        max_field_error, base_rms_error: of the coarsest mesh, by governing field, in its units.
+        max_domain_error: of the coarsest mesh, mesh units.
+        provenance: what made the file, with which options, and from what.
+    """
+
+    vertices: int
+    tets: int
+    base_vertices: int
+    base_tets: int
+    records: int
+    blocks: int
+    file_bytes: int
+    point_dtype: np.dtype[Any]
+    fields: list[FieldInfo]
+    box_min: tuple[float, float, float]
+    box_max: tuple[float, float, float]
+    diagonal: float
+    max_field_error: dict[str, float]
+    max_domain_error: float
+    base_rms_error: dict[str, float]
+    provenance: dict[str, Any]
+
+    @property
+    def governing(self) -> list[str]:
+        """Names of the governing fields."""
+        return [field.name for field in self.fields if field.governing]
+
+    def field(self, name: str) -> FieldInfo:
+        """The field of that name; KeyError when there is none."""
+        for field in self.fields:
+            if field.name == name:
+                return field
+        raise KeyError(name)
+
+
+def _described(core: _core.OpenFile) -> DatasetInfo:
+    info = core.info
+    info["fields"] = [FieldInfo(*field) for field in info["fields"]]
+    info["provenance"] = json.loads(info.pop("provenance_json"))
+    return DatasetInfo(**info)
+
+
+class Dataset:
+    """An opened file. Any number of threads may use it at a time. See `ptet.open`.
+
+    Attributes:
+        info: a DatasetInfo.
+        salvage: whether damaged or unreadable blocks make answers coarser instead of raising.
+    """
+
+    def __init__(self, core: _core.OpenFile, salvage: bool) -> None:
+        self._core = core
+        self.info = _described(core)
+        self.salvage = salvage
+
+    def extract(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
+                focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
+                view: View | None = None, budget: Budget | int | None = None, origins: bool = False,
+                progress: Optional[Callable[[str, int, int], Any]] = None) -> Extraction:
+        """The mesh that answers a request: conforming, as coarse as what is asked allows. With nothing asked it is the
+        original, bit for bit. Same request, same mesh, whatever was asked before.
+
+        Args:
+            error: largest field error, everywhere: field units or "2%" of the range; one for every governing field, or
+                by name.
+            domain_error: largest distance between the boundaries: mesh units, or "1%" of the diagonal.
+            focus: Box, Sphere, OrientedBox, HalfSpace, one or several: the original (or what their `error` allows) in
+                there, whatever else is asked.
+            values: where given, bounds hold only where a field may take these; with no bound the tets there are original
+                ones.
+            view: what a camera sees is sharp to so many pixels.
+            budget: a Budget, or a number of tets; refining stops where it would be passed. With no bounds that is the
+                mesh with the smallest error that the builder had at that size.
+            origins: fills Extraction.made_by, and states errors as tightly as they are known. Reads all of the file.
+            progress: called as of `build`; returning False raises Cancelled.
+
+        Raises:
+            ArgumentError (an unknown field, a bound that is negative or not finite, an empty region), Cancelled,
+            MemoryError; and unless the dataset was opened with `salvage`, where blocks cannot be had: FormatError,
+            FileError, LimitError (memory). Ctrl-C raises KeyboardInterrupt.
+        """
+        request = make_request(self.info.vertices, self.info.tets, error=error, domain_error=domain_error, focus=focus,
+                               values=values, view=view, budget=budget, origins=origins)
+        extraction = Extraction(self._core.extract(request, progress), self.info, origins)
+        if not (extraction.complete or self.salvage):
+            _raise_shortfall(extraction)
+        return extraction
+
+    def session(self) -> Session:
+        """A mesh that follows its requests, beginning with the coarsest. See Session."""
+        from ._session import Session
+        return Session(self)
+
+    def wait_until_loaded(self, *, progress: Optional[Callable[[str, int, int], Any]] = None) -> None:
+        """Waits until the blocks that extractions asked for are there, or found not to be had; see `background` of
+        `ptet.open`. Where the next extraction is still limited by "loading", wait and ask again."""
+        self._core.wait_until_loaded(progress)
+
+    def __repr__(self) -> str:
+        names = ", ".join(field.name for field in self.info.fields)
+        return (f"<ptet.Dataset: {self.info.vertices} vertices, {self.info.tets} tets, "
+                f"fields {names or 'none'}, {self.info.file_bytes} bytes>")
+
+
+def _raise_shortfall(extraction: Extraction) -> None:
+    """What cannot be had is an error; what is only not there yet is none."""
+    what = "the mesh cannot be had in full: "
+    hint = "; ptet.open(..., salvage=True) gives what is left, coarser"
+    if extraction.limited_by == "unreadable":
+        first = extraction.failures[0]
+        others = len(extraction.failures) - 1
+        blocks = f"block {first.block}" + (f" and {others} other{'s' if others > 1 else ''}" if others else "")
+        kind = FileError if first.retriable else FormatError
+        raise kind(f"{what}{blocks} failed, {first.message}{hint}", first.offset)
+    if extraction.limited_by == "memory":
+        raise LimitError(f"{what}its blocks do not fit the limit of memory{hint}")
+
+
+Source = Union[str, "os.PathLike[str]", "os.PathLike[bytes]", bytes, bytearray, memoryview, "npt.NDArray[Any]",
+               ByteSource]
+
+
+def _size_of(source: Any) -> int:
+    size = source.size() if callable(source.size) else source.size
+    try:
+        size = size.__index__()
+    except AttributeError:
+        size = -1
+    if not 0 <= size < 2**63:
+        raise ArgumentError(f"the source's size {size!r} is no number of bytes")
+    return int(size)
+
+
+def open(source: Source, *, memory_limit: int = 0, background: bool = False, max_gap: int = 0,
+         max_bytes: int | None = None, max_vertices: int | None = None, max_tets: int | None = None,
+         salvage: bool = False) -> Dataset:
+    """Opens a .ptet file: reads header, provenance, block table and coarsest mesh; the rest is read as it is needed.
+
+    Args:
+        source: a path (str or os.PathLike); the file's bytes in memory (bytes, memoryview, uint8 array), which are read
+            where they are; or an object with `read(offset, size)` and `size`, see ByteSource.
+        memory_limit: bytes that decoded blocks may take; 0: as many as max_bytes leaves. A request whose own blocks
+            would pass it raises LimitError, or with `salvage` is answered coarser.
+        background: a thread reads and decodes; `extract` answers at once with what is there, limited by "loading".
+        max_gap: blocks so many bytes or less apart are read at once; for a server far away some 500,000.
+        max_bytes: memory for what opening holds for good and for decoded blocks; None: 32 GiB.
+        max_vertices, max_tets: of the original; a file with more is refused.
+        salvage: blocks that cannot be had make answers coarser instead of raising; Extraction.complete and failures
+            tell. The errors stated are true in any case.
+
+    Raises:
+        FileError, FormatError (a damaged header, table or coarsest mesh), LimitError, ArgumentError.
+    """
+    def count(value: int | None, what: str) -> int | None:
+        if value is None:
+            return None
+        try:
+            number = value.__index__()
+        except AttributeError:
+            number = -1
+        if not 0 <= number < 2**64:
+            raise ArgumentError(f"{what} {value!r}: a whole number that is not negative is wanted")
+        return number
+
+    options = _core.OpenOptions(memory_limit=count(memory_limit, "memory_limit") or 0, background=bool(background),
+                                max_gap=count(max_gap, "max_gap") or 0, max_bytes=count(max_bytes, "max_bytes"),
+                                max_vertices=count(max_vertices, "max_vertices"), max_tets=count(max_tets, "max_tets"))
+    if isinstance(source, (str, os.PathLike)):
+        return Dataset(_core.open_path(os.fsencode(source), options), salvage)
+    try:
+        view = memoryview(source)  # type: ignore[arg-type]
+    except TypeError:
+        if not (callable(getattr(source, "read", None)) and hasattr(source, "size")):
+            raise ArgumentError(f"{source!r} is neither a path nor bytes, nor has it read(offset, size) and size") from None
+        return Dataset(_core.open_reader(source.read, _size_of(source), options), salvage)  # type: ignore[union-attr]
+    if not view.c_contiguous:
+        raise ArgumentError("the bytes are not contiguous")
+    return Dataset(_core.open_buffer(view, options), salvage)

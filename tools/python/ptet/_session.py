@@ -1,0 +1,239 @@
+"""A mesh that follows its requests, as a viewer holds it from frame to frame."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._dataset import Dataset
+from ._errors import ArgumentError, Error
+from ._extraction import BlockFailure, Extraction
+from ._request import Bound, Budget, ErrorBounds, Region, Values, View, make_request
+
+UNUSED = 0xFFFFFFFF
+"""What unused slots hold."""
+
+_SLICE_MS = 250.0  # so long the library works before Python looks for Ctrl-C
+
+Slots = npt.NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class SessionUpdate:
+    """What an update did, and what mesh there is now.
+
+    Attributes:
+        changed_tets, changed_faces, changed_vertices: (k,) uint32, slots that were taken, freed, or hold something else
+            now; each once.
+        tets, boundary_faces, vertices: of the mesh as it is now; unused slots are not counted.
+        tets_added, tets_removed, vertices_added, vertices_removed: by splits and collapses. The first update adds the
+            coarsest mesh as well.
+        splits, collapses: how many were made.
+        field_error, rms_error, domain_error, limited_by, complete, failures: as of Extraction; where it is not complete,
+            the next update with the same request goes on.
+        seconds: wall time of the call.
+    """
+
+    changed_tets: Slots
+    changed_faces: Slots
+    changed_vertices: Slots
+    tets: int
+    boundary_faces: int
+    vertices: int
+    tets_added: int
+    tets_removed: int
+    vertices_added: int
+    vertices_removed: int
+    splits: int
+    collapses: int
+    field_error: dict[str, float]
+    rms_error: dict[str, float]
+    domain_error: float
+    limited_by: str
+    complete: bool
+    failures: list[BlockFailure]
+    seconds: float
+
+
+class _Table:
+    """Rows by slots, kept like the library's by what changes; it grows by halves again."""
+
+    def __init__(self, fetch: Callable[[Slots | None], npt.NDArray[Any]]) -> None:
+        self._fetch = fetch
+        self.renew()
+
+    def renew(self) -> None:
+        self._rows = self._fetch(None)
+        self._count = len(self._rows)
+
+    def follow(self, changed: Slots, count: int) -> None:
+        if count > len(self._rows):
+            grown = np.empty((count + count // 2, *self._rows.shape[1:]), self._rows.dtype)
+            grown[:self._count] = self._rows[:self._count]
+            self._rows = grown
+        self._count = count
+        changed = changed[changed < count]
+        self._rows[changed] = self._fetch(changed)
+
+    def view(self) -> npt.NDArray[Any]:
+        rows = self._rows[:self._count]
+        rows.flags.writeable = False
+        return rows
+
+
+_SUMS = ("tets_added", "tets_removed", "vertices_added", "vertices_removed", "splits", "collapses", "seconds")
+_CHANGED = ("changed_tets", "changed_faces", "changed_vertices")
+
+
+class Session:
+    """One viewer's mesh. An update makes the mesh that `Dataset.extract` gives for the same request, by splitting and
+    collapsing what differs from the last one.
+
+    Tets, boundary faces and vertices keep their slots while they stay, so that a copy elsewhere, as on a graphics card,
+    needs only the changed slots. The arrays are read-only, and go on with the session: an array taken before an update
+    shows the mesh after it, or, when the mesh has outgrown it, what there was before. Take them anew after each update.
+
+    Any number of sessions may share a dataset. Each is for one thread at a time: a call while another thread updates
+    raises Error.
+    """
+
+    def __init__(self, dataset: Dataset) -> None:
+        if not isinstance(dataset, Dataset):
+            raise ArgumentError(f"a Dataset is wanted, not {dataset!r}")
+        self._dataset = dataset
+        self._core = _core.OpenSession(dataset._core)
+        self._lock = threading.Lock()
+        core = self._core
+        self._tets = _Table(core.tets)
+        self._faces = _Table(core.boundary_faces)
+        self._vertices = _Table(core.vertices)
+        self._points = _Table(core.points)
+        self._fields = {field.name: _Table(lambda slots, i=i: core.field(i, slots))  # type: ignore[misc]
+                        for i, field in enumerate(dataset.info.fields)}
+        self._is_behind = False
+
+    def update(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
+               focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
+               view: View | None = None, budget: Budget | int | None = None) -> SessionUpdate:
+        """Makes the mesh that answers the request; arguments as of Dataset.extract. What does not fit
+        Budget.milliseconds is left to the next update. Blocks that cannot be had do not raise here: `complete`,
+        `limited_by` and `failures` tell.
+
+        Raises:
+            ArgumentError; the mesh is then as it was. Error: another thread updates. Ctrl-C raises KeyboardInterrupt;
+            the next update goes on from there.
+        """
+        info = self._dataset.info
+        request = make_request(info.vertices, info.tets, error=error, domain_error=domain_error, focus=focus,
+                               values=values, view=view, budget=budget)
+        allowed_ms = request.max_milliseconds
+        with self._alone():
+            self._catch_up()
+            steps: list[dict[str, Any]] = []
+            begin = time.monotonic()
+            while True:
+                left_ms = math.inf if allowed_ms is None else allowed_ms
+                if steps:
+                    left_ms -= 1e3 * (time.monotonic() - begin)
+                    if left_ms <= 0:
+                        break
+                request.max_milliseconds = min(left_ms, _SLICE_MS)
+                self._is_behind = True
+                step = self._core.update(request)
+                self._follow(step)
+                self._is_behind = False
+                steps.append(step)
+                if step["limited_by"] != "time":
+                    break
+            return self._summary(steps)
+
+    @property
+    def tets(self) -> npt.NDArray[np.uint32]:
+        """(slots, 4) uint32: vertex slots, positively oriented; unused slots are UNUSED throughout."""
+        return self._shown(self._tets)
+
+    @property
+    def boundary_faces(self) -> npt.NDArray[np.uint32]:
+        """(slots, 3) uint32: vertex slots, counter-clockwise seen from outside; unused slots are UNUSED throughout."""
+        return self._shown(self._faces)
+
+    @property
+    def vertex_ids(self) -> npt.NDArray[np.uint32]:
+        """(slots,) uint32: the vertices' numbers in the file; UNUSED for unused slots."""
+        return self._shown(self._vertices)
+
+    @property
+    def points(self) -> npt.NDArray[Any]:
+        """(slots, 3), mesh units; rows of unused slots mean nothing."""
+        return self._shown(self._points)
+
+    @property
+    def fields(self) -> dict[str, npt.NDArray[Any]]:
+        """By name (slots,) or (slots, components); rows of unused slots mean nothing."""
+        return {name: self._shown(table) for name, table in self._fields.items()}
+
+    def extraction(self) -> Extraction:
+        """The mesh without slots, as Dataset.extract gives it."""
+        with self._alone():
+            return Extraction(self._core.extraction(), self._dataset.info, origins=False)
+
+    def __repr__(self) -> str:
+        return f"<ptet.Session of {self._dataset!r}>"
+
+    def _alone(self) -> _Alone:
+        return _Alone(self._lock)
+
+    def _shown(self, table: _Table) -> npt.NDArray[Any]:
+        with self._alone():
+            self._catch_up()
+            return table.view()
+
+    def _catch_up(self) -> None:
+        """After an update that was interrupted the tables are behind the mesh."""
+        if not self._is_behind:
+            return
+        for table in (self._tets, self._faces, self._vertices, self._points, *self._fields.values()):
+            table.renew()
+        self._is_behind = False
+
+    def _follow(self, step: dict[str, Any]) -> None:
+        tet_slots, face_slots, vertex_slots = self._core.slots
+        self._tets.follow(step["changed_tets"], tet_slots)
+        self._faces.follow(step["changed_faces"], face_slots)
+        for table in (self._vertices, self._points, *self._fields.values()):
+            table.follow(step["changed_vertices"], vertex_slots)
+
+    def _summary(self, steps: list[dict[str, Any]]) -> SessionUpdate:
+        summary = dict(steps[-1])
+        if len(steps) > 1:
+            for name in _SUMS:
+                summary[name] = sum(step[name] for step in steps)
+            for name in _CHANGED:
+                summary[name] = np.unique(np.concatenate([step[name] for step in steps]))
+        names = self._dataset.info.governing
+        for name in ("field_error", "rms_error"):
+            summary[name] = dict(zip(names, summary[name]))
+        summary["failures"] = [BlockFailure(*failure) for failure in summary["failures"]]
+        return SessionUpdate(**summary)
+
+
+class _Alone:
+    """Holds a session for one thread; waiting could be for ever, as the thread that updates may wait for this one."""
+
+    def __init__(self, lock: threading.Lock) -> None:
+        self._lock = lock
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise Error("the session is in use by another thread")
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()

@@ -1,0 +1,107 @@
+// Long calls of the library as Python wants them: other threads run meanwhile, Ctrl-C stops them, and an exception that
+// Python code raised in between comes out as it went in.
+#pragma once
+
+#include "ptet/error.hpp"
+#include "ptet/progress.hpp"
+
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include <pybind11/pybind11.h>
+
+namespace ptet::python {
+
+namespace py = pybind11;
+
+/// A Python exception on its way through code that knows nothing of Python. From any thread.
+class PendingError {
+public:
+  /// The first one counts. The GIL must be held.
+  void keep(py::error_already_set&& error) {
+    const std::lock_guard guard(mutex_);
+    if (!error_) error_.emplace(std::move(error));
+  }
+  [[nodiscard]] bool is_there() const {
+    const std::lock_guard guard(mutex_);
+    return error_.has_value();
+  }
+  /// Throws the exception if there is one, and forgets it. The GIL must be held.
+  void raise() {
+    std::unique_lock guard(mutex_);
+    if (!error_) return;
+    py::error_already_set error = std::move(*error_);
+    error_.reset();
+    guard.unlock();
+    throw error;
+  }
+
+private:
+  mutable std::mutex mutex_;
+  std::optional<py::error_already_set> error_;
+};
+
+/// The library's progress callback: looks for signals, and calls `progress(stage, done, total)` unless it is None.
+/// It takes the GIL some 20 times a second, whatever the library does.
+class Watch {
+public:
+  Watch(const py::object& progress, PendingError& pending) : progress_(progress), pending_(pending) {}
+
+  bool operator()(const Progress& now) {
+    if (pending_.is_there()) return false;
+    const auto time = std::chrono::steady_clock::now();
+    const bool is_new_stage = now.stage != stage_;
+    if (!is_new_stage && time - last_ < std::chrono::milliseconds(50)) return true;
+    last_ = time;
+    stage_ = now.stage;
+    const py::gil_scoped_acquire acquire;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (progress_.is_none()) return true;
+      return !progress_(py::str(now.stage.data(), now.stage.size()), now.done, now.total).is(py::bool_(false));
+    } catch (py::error_already_set& error) {
+      pending_.keep(std::move(error));
+      return false;
+    }
+  }
+
+private:
+  const py::object& progress_;
+  PendingError& pending_;
+  std::string stage_;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+/// Runs `call(callback)` without the GIL. `pending` is where exceptions of Python code that runs meanwhile are kept;
+/// they go before whatever the library makes of them.
+template <class Call>
+auto without_gil(const py::object& progress, PendingError& pending, Call&& call) {
+  Watch watch(progress, pending);
+  const ProgressCallback callback = std::ref(watch);
+  using Result = std::invoke_result_t<Call, const ProgressCallback&>;
+  try {
+    if constexpr (std::is_void_v<Result>) {
+      {
+        const py::gil_scoped_release release;
+        call(callback);
+      }
+      pending.raise();
+    } else {
+      Result result = [&] {
+        const py::gil_scoped_release release;
+        return call(callback);
+      }();
+      pending.raise();
+      return result;
+    }
+  } catch (const Error&) {
+    pending.raise();
+    throw;
+  }
+}
+
+} // namespace ptet::python
