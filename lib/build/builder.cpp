@@ -46,6 +46,8 @@ constexpr double kDomainPerField = 1;
 /// An evaluation is given up once its error is so many times the round's cost: it would be put back anyway, and the
 /// factor keeps it from coming up again at once. Later, at 2, costs a tenth more time and 2% of the mean square.
 constexpr double kGiveUpAt = 1.2;
+/// So many candidates are measured before who waits is asked whether to go on: some tenths of a second of work.
+constexpr std::size_t kMeasuredBetweenLooks = 2048;
 
 double diagonal_of(const PreparedMesh& prepared) {
   Point low = prepared.points.at(0);
@@ -222,7 +224,7 @@ private:
     bool swept = true; // nothing was accepted since every vertex was looked at afresh
     while (alive_count_ > target_count_) {
       ++round_;
-      candidates_->predict(round_);
+      candidates_->predict(round_, [this] { tell_progress(); });
       const auto picked = candidates_->pick();
       if (picked.empty()) {
         if (swept) break;
@@ -319,11 +321,15 @@ private:
     }
     touched_[complex_.dummy()] = 0;
     std::vector<Verdict> verdicts(apart.size());
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, apart.size(), 8), [&](const auto& range) {
-      Trial& trial = candidates_->trial();
-      for (std::size_t i = range.begin(); i != range.end(); ++i)
-        verdicts[i] = measure(apart[i], trial);
-    });
+    for (std::size_t begin = 0; begin < apart.size(); begin += kMeasuredBetweenLooks) {
+      if (begin > 0) tell_progress();
+      const std::size_t end = std::min(begin + kMeasuredBetweenLooks, apart.size());
+      oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 8), [&](const auto& range) {
+        Trial& trial = candidates_->trial();
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+          verdicts[i] = measure(apart[i], trial);
+      });
+    }
     report_.exact_evaluations += static_cast<std::uint64_t>(std::count_if(
         verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return !verdict.errors.empty(); }));
     for (std::size_t i = 0; i < apart.size() && alive_count_ > target_count_; ++i) {

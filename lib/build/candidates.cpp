@@ -16,6 +16,8 @@ constexpr std::uint32_t kLongestWait = 5;
 /// When the star of a vertex changes its cost may fall, but seldom to less than this part: what was far from being
 /// picked stays as it was seen last until the rounds come near.
 constexpr float kStale = 0.5F;
+/// So much is predicted before who waits is asked whether to go on: some tenths of a second of work.
+constexpr std::size_t kGrainsBetweenLooks = 256;
 
 } // namespace
 
@@ -103,7 +105,7 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
   return static_cast<float>(std::max(field, quadrics_->domain_cost(v, target)) + quadrics_->length_cost(v, target));
 }
 
-void Candidates::predict(std::uint32_t round) {
+void Candidates::predict(std::uint32_t round, const std::function<void()>& look) {
   std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
   work_.clear();
   // Where the star has changed since, the page begins anew.
@@ -120,18 +122,23 @@ void Candidates::predict(std::uint32_t round) {
   work_.insert(work_.end(), used_up_.begin(), used_up_.end());
   used_up_.clear();
   const std::size_t grain = simulates() ? 16 : 256;
-  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, work_.size(), grain), [&](const auto& range) {
-    Worker& worker = workers_.local();
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      if (i + WorkingComplex::kPrefetch < range.end()) complex_.prefetch_star(work_[i + WorkingComplex::kPrefetch]);
-      if (i < fresh) {
-        pages_[work_[i]].floor = kLowest;
-        fill_page(work_[i], worker);
-      } else {
-        turn_page(work_[i], worker, round);
+  const std::size_t batch = grain * kGrainsBetweenLooks;
+  for (std::size_t begin = 0; begin < work_.size(); begin += batch) {
+    if (begin > 0) look();
+    const oneapi::tbb::blocked_range<std::size_t> part(begin, std::min(begin + batch, work_.size()), grain);
+    oneapi::tbb::parallel_for(part, [&](const auto& range) {
+      Worker& worker = workers_.local();
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        if (i + WorkingComplex::kPrefetch < range.end()) complex_.prefetch_star(work_[i + WorkingComplex::kPrefetch]);
+        if (i < fresh) {
+          pages_[work_[i]].floor = kLowest;
+          fill_page(work_[i], worker);
+        } else {
+          turn_page(work_[i], worker, round);
+        }
       }
-    }
-  });
+    });
+  }
 }
 
 std::vector<Vertex> Candidates::pick() {

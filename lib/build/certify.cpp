@@ -17,7 +17,7 @@ namespace {
 /// What rounding can hide of an error: a fraction of it.
 constexpr double kRelativeSlack = 1e-9;
 /// Records between two reports of progress.
-constexpr std::size_t kBatch = 4096;
+constexpr std::size_t kBatch = 1024;
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
 bool is_ghost(const Tet& tet) {
@@ -117,7 +117,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
     const std::size_t end = std::min(begin + kBatch, records.size());
     const std::uint32_t first = records.coarse_begin[begin].index();
     squared.assign((records.coarse_begin[end - 1].index() + records.modified_count[end - 1] - first) * field_count, 0);
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 16), [&](const auto& range) {
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 4), [&](const auto& range) {
       auto& workspace = workspaces.local();
       for (std::size_t record = range.begin(); record != range.end(); ++record)
         certify(record, first, workspace);
