@@ -13,7 +13,7 @@ from support import built, cube
 
 import ptet
 
-SOON = 2.5  # seconds of processor time, of all threads: they say the same however busy the machine is
+SOON = 1.5  # seconds of processor time, of all threads: they say the same however busy the machine is
 
 
 class Interrupt(unittest.TestCase):
