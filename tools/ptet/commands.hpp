@@ -12,5 +12,6 @@ void add_info(CLI::App& program);
 void add_measure(CLI::App& program);
 void add_verify(CLI::App& program);
 void add_dump(CLI::App& program);
+void add_view(CLI::App& program);
 
 } // namespace ptet::cli

@@ -21,6 +21,7 @@ constexpr const char* kFooter = R"(Examples:
   ptet info fire.vtu
   ptet build fire.vtu -o fire.ptet
   ptet extract fire.ptet --field-error 1% -o coarse.vtu
+  ptet view fire.ptet
   ptet measure fire.vtu coarse.vtu
   ptet verify fire.ptet --original fire.vtu
   ptet help extract
@@ -69,6 +70,7 @@ void add_commands(CLI::App& program) {
   program.footer(kFooter);
   add_build(program);
   add_extract(program);
+  add_view(program);
   add_info(program);
   add_measure(program);
   add_verify(program);

@@ -1,0 +1,94 @@
+// What of a tetrahedral mesh is drawn, as polygons: its boundary, its cells cut open along a plane, and where a
+// function that is linear in each tet takes a value (a slice, an isosurface). Knows nothing of windows, nor of VTK.
+//
+//   boundary       cut open, whole cells      level set
+//    ______           ______                   one polygon a tet:   3 crossings       4 crossings
+//   /     /|         /_/\/\/                                           /\                ____
+//  /_____/ |        |/\ /\|    plane ->                               /__\              |____|
+#pragma once
+
+#include "ptet/mesh.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ptet::view {
+
+inline constexpr std::uint32_t kUnusedRow = 0xFFFFFFFF; ///< as Session::kUnused
+
+/// A mesh in rows as a session holds it. Unused tets and faces are kUnusedRow throughout.
+struct MeshRows {
+  std::span<const Point> positions;
+  std::span<const double> values; ///< by vertex, what colours it
+  std::span<const std::array<std::uint32_t, 4>> tets;
+  std::span<const std::array<std::uint32_t, 3>> faces; ///< of the boundary, outward oriented
+  std::span<const double> tet_values;                  ///< by tet, what colours it instead; empty: `values` does
+};
+
+/// The points x with dot(normal, x) <= offset are behind the plane.
+struct Plane {
+  Point normal{0, -1, 0};
+  double offset = 0;
+
+  friend bool operator==(const Plane&, const Plane&) = default;
+  [[nodiscard]] double distance(const Point& p) const {
+    return normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] - offset;
+  }
+};
+
+/// Convex polygons: `corners` from offsets[i] up to offsets[i + 1] are rows of `points`.
+struct Polygons {
+  std::vector<Point> points;
+  std::vector<double> point_values; ///< by point, or
+  std::vector<double> cell_values;  ///< by polygon: one of the two is empty
+  std::vector<std::int64_t> offsets{0};
+  std::vector<std::int64_t> corners;
+
+  [[nodiscard]] std::size_t count() const { return offsets.size() - 1; }
+  void clear();
+};
+
+/// Makes polygons; keeps its memory from call to call, so that a viewer allocates nothing while it follows a mesh.
+///
+/// Thread rule: one thread at a time.
+class Geometry {
+public:
+  /// The boundary faces.
+  void boundary(const MeshRows& mesh, Polygons& out);
+  /// The faces of all tets whose centre is behind the plane that no other such tet shares. Cost: a look at each tet,
+  /// and a hash of the faces of those that the plane cuts.
+  void cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out);
+  /// Where `function`, by vertex and linear in each tet, is `value`. Points are not shared between polygons. Tets where
+  /// it is not finite are left out. Cost: a look at each tet.
+  void level_set(const MeshRows& mesh, std::span<const double> function, double value, Polygons& out);
+
+private:
+  using Face = std::array<std::uint32_t, 3>;
+  /// A tet on one side of a face, or on both.
+  struct FaceEntry {
+    Face key{}; ///< ascending
+    std::uint32_t tet = kUnusedRow;
+    std::uint32_t corner = 0;
+    std::uint32_t other = kUnusedRow;
+  };
+
+  void begin_faces(std::size_t count);
+  FaceEntry& entry_of(const Face& face, bool& is_new);
+  void emit(const MeshRows& mesh, const Face& face, std::uint32_t tet, Polygons& out);
+  void emit_boundary_by_tet(const MeshRows& mesh, std::span<const char> is_kept, std::span<const Face> wanted,
+                            Polygons& out);
+
+  std::vector<FaceEntry> table_;
+  std::vector<std::uint32_t> filled_; ///< rows of table_ in use, in order of arrival
+  std::vector<std::uint32_t> row_;    ///< by vertex: its point in the polygons made now
+  std::vector<double> distance_;
+  std::vector<char> side_;           ///< by vertex
+  std::vector<std::uint32_t> mixed_; ///< tets with corners on both sides
+  std::vector<char> is_kept_;        ///< by tet, where tets have values
+  std::vector<Face> unowned_;        ///< faces to be drawn whose tet is not known yet
+  std::vector<char> on_wanted_;      ///< by vertex
+};
+
+} // namespace ptet::view

@@ -1,0 +1,602 @@
+#include "viewer.hpp"
+
+#include "caption.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include <vtkBoxRepresentation.h>
+#include <vtkBoxWidget2.h>
+#include <vtkCamera.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkCommand.h>
+#include <vtkInteractorStyleTrackballCamera.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPNGWriter.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkProperty.h>
+#include <vtkProperty2D.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+#include <vtkScalarBarActor.h>
+#include <vtkSliderRepresentation2D.h>
+#include <vtkSliderWidget.h>
+#include <vtkSphereRepresentation.h>
+#include <vtkSphereWidget2.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
+
+namespace ptet::view {
+namespace {
+
+constexpr double kStepMs = 20; // of a step while the user waits
+constexpr int kTimerMs = 15;   // between looks for more to do
+constexpr double kRadian = 180 / 3.14159265358979323846;
+constexpr std::array<double, 3> kInk = {0.13, 0.14, 0.16};
+constexpr std::array<double, 3> kGrey = {0.62, 0.64, 0.68};
+constexpr std::array<double, 3> kAccent = {0.00, 0.38, 0.75};
+
+// The slider of the error bound: the logarithm of percents; at its left end 0, at its right end none.
+constexpr double kLeastLog = -2.25, kMostLog = 2;
+
+struct ColourStop {
+  double at, red, green, blue;
+};
+/// Light to dark, of one hue family, so that edges stay visible and a printed copy keeps the order.
+constexpr std::array<ColourStop, 6> kSequential = {{{0.0, 0.99, 0.97, 0.89},
+                                                    {0.2, 0.99, 0.87, 0.58},
+                                                    {0.4, 0.98, 0.69, 0.35},
+                                                    {0.6, 0.93, 0.46, 0.27},
+                                                    {0.8, 0.78, 0.25, 0.24},
+                                                    {1.0, 0.52, 0.10, 0.20}}};
+
+/// The mouse turns, moves and zooms as usual; keys are the viewer's, none of VTK's own.
+class ViewerStyle : public vtkInteractorStyleTrackballCamera {
+public:
+  static ViewerStyle* New();
+  vtkTypeMacro(ViewerStyle, vtkInteractorStyleTrackballCamera) ViewerStyle(const ViewerStyle&) = delete;
+  ViewerStyle& operator=(const ViewerStyle&) = delete;
+  void OnChar() override {}
+
+protected:
+  ViewerStyle() = default;
+  ~ViewerStyle() override = default;
+};
+vtkStandardNewMacro(ViewerStyle)
+
+    double log_of(const std::optional<double>& error) {
+  if (!error) return kMostLog;
+  return *error <= 0 ? kLeastLog : std::clamp(std::log10(100 * *error), kLeastLog, kMostLog);
+}
+std::optional<double> error_at(double log) {
+  if (log >= kMostLog) return std::nullopt;
+  return log <= kLeastLog ? 0 : std::pow(10, log) / 100;
+}
+
+/// What the second slider sets.
+double place_of(const Settings& settings) {
+  return settings.show == Show::kIsosurface ? settings.isovalue.value_or(0) : settings.plane.offset;
+}
+
+void set_look(vtkTextProperty* text, int size) {
+  text->SetFontSize(size);
+  text->SetColor(kInk[0], kInk[1], kInk[2]);
+  text->BoldOff();
+  text->ItalicOff();
+  text->ShadowOff();
+}
+
+Point corner(vtkPolyData& data, vtkIdType row) {
+  Point p{};
+  data.GetPoints()->GetPoint(row, p.data());
+  return p;
+}
+
+Point half_way(const Point& from, const Point& to) {
+  return {(to[0] - from[0]) / 2, (to[1] - from[1]) / 2, (to[2] - from[2]) / 2};
+}
+
+/// As VTK's representation has it: eight corners, x before y before z, but those of a face in a cycle.
+Region region_of(vtkBoxRepresentation& box) {
+  vtkNew<vtkPolyData> data;
+  box.GetPolyData(data);
+  const Point first = corner(*data, 0);
+  const OrientedBox turned{
+      half_way(Point{},
+               {first[0] + corner(*data, 6)[0], first[1] + corner(*data, 6)[1], first[2] + corner(*data, 6)[2]}),
+      {half_way(first, corner(*data, 1)), half_way(first, corner(*data, 3)), half_way(first, corner(*data, 4))}};
+  double largest = 0, askew = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      (i == j ? largest : askew) = std::max(i == j ? largest : askew, std::fabs(turned.half_axes[i][j]));
+  if (askew > 1e-9 * largest) return turned;
+  Box straight;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double half = std::fabs(turned.half_axes[i][i]);
+    straight.min[i] = turned.centre[i] - half;
+    straight.max[i] = turned.centre[i] + half;
+  }
+  return straight;
+}
+
+} // namespace
+
+Plane plane_across(std::size_t axis, const DatasetInfo& info) {
+  Plane plane{{0, 0, 0}, 0};
+  plane.normal[axis] = axis == 1 ? -1 : 1;
+  plane.offset = plane.normal[axis] * (info.box_min[axis] + info.box_max[axis]) / 2;
+  return plane;
+}
+
+Viewer::Viewer(const std::shared_ptr<const Dataset>& dataset, std::string name, const Settings& settings,
+               const Look& look, bool on_screen)
+    : dataset_(dataset), name_(std::move(name)), settings_(settings), look_(look), scene_(dataset),
+      window_(vtkSmartPointer<vtkRenderWindow>::New()), left_(vtkSmartPointer<vtkRenderer>::New()),
+      right_(vtkSmartPointer<vtkRenderer>::New()), overlay_(vtkSmartPointer<vtkRenderer>::New()),
+      colours_(vtkSmartPointer<vtkColorTransferFunction>::New()), camera_(vtkSmartPointer<vtkCamera>::New()),
+      left_panel_(*left_, *colours_), right_panel_(*right_, *colours_), bar_(vtkSmartPointer<vtkScalarBarActor>::New()),
+      bar_title_(vtkSmartPointer<vtkTextActor>::New()), help_(vtkSmartPointer<vtkTextActor>::New()) {
+  window_->SetNumberOfLayers(2);
+  window_->SetMultiSamples(4);
+  window_->SetSize(look_.width, look_.height);
+  window_->SetWindowName(("ptet view " + name_).c_str());
+  if (!on_screen) window_->SetOffScreenRendering(1);
+  for (vtkRenderer* renderer : {left_.GetPointer(), right_.GetPointer()}) {
+    renderer->SetBackground(1, 1, 1);
+    renderer->SetActiveCamera(camera_);
+  }
+  overlay_->SetLayer(1);
+  overlay_->InteractiveOff();
+  window_->AddRenderer(left_);
+  window_->AddRenderer(overlay_);
+  make_overlay();
+  if (on_screen) make_interactive();
+  arrange_panels();
+  place_camera();
+}
+
+Viewer::~Viewer() {
+  for (vtkAbstractWidget* widget :
+       {static_cast<vtkAbstractWidget*>(error_slider_.GetPointer()),
+        static_cast<vtkAbstractWidget*>(place_slider_.GetPointer()), static_cast<vtkAbstractWidget*>(box_.GetPointer()),
+        static_cast<vtkAbstractWidget*>(sphere_.GetPointer())})
+    if (widget != nullptr) widget->SetInteractor(nullptr);
+}
+
+vtkRenderWindow& Viewer::window() const {
+  return *window_;
+}
+vtkRenderWindowInteractor* Viewer::interactor() const {
+  return interactor_;
+}
+
+void Viewer::make_overlay() {
+  bar_->SetLookupTable(colours_);
+  bar_->SetNumberOfLabels(5);
+  bar_->SetMaximumNumberOfColors(256);
+  bar_->SetLabelFormat("%.4g");
+  bar_->SetOrientationToHorizontal();
+  bar_->GetPositionCoordinate()->SetValue(0.36, 0.025);
+  bar_->SetWidth(0.28);
+  const double height = std::min(0.5, 48.0 / look_.height);
+  bar_->SetHeight(height);
+  bar_->UnconstrainedFontSizeOn();
+  set_look(bar_->GetLabelTextProperty(), 14);
+  overlay_->AddActor2D(bar_);
+  bar_title_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  bar_title_->SetPosition(0.5, 0.025 + height + 4.0 / look_.height);
+  set_look(bar_title_->GetTextProperty(), 16);
+  bar_title_->GetTextProperty()->SetJustificationToCentered();
+  overlay_->AddActor2D(bar_title_);
+
+  help_->SetInput(help_on_keys().c_str());
+  help_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  help_->SetPosition(std::max(0.0, 1 - 450.0 / look_.width), 0.97);
+  set_look(help_->GetTextProperty(), 14);
+  help_->GetTextProperty()->SetFontFamilyToCourier();
+  help_->GetTextProperty()->SetVerticalJustificationToTop();
+  help_->GetTextProperty()->SetBackgroundColor(1, 1, 1);
+  help_->GetTextProperty()->SetBackgroundOpacity(0.85);
+  help_->VisibilityOff();
+  overlay_->AddActor2D(help_);
+}
+
+vtkSmartPointer<vtkSliderWidget> Viewer::make_slider(double left, double right) {
+  vtkNew<vtkSliderRepresentation2D> slider;
+  slider->GetPoint1Coordinate()->SetCoordinateSystemToNormalizedViewport();
+  slider->GetPoint1Coordinate()->SetValue(left, 0.05);
+  slider->GetPoint2Coordinate()->SetCoordinateSystemToNormalizedViewport();
+  slider->GetPoint2Coordinate()->SetValue(right, 0.05);
+  slider->ShowSliderLabelOff();
+  slider->SetTubeWidth(0.004);
+  slider->SetSliderLength(0.012);
+  slider->SetSliderWidth(0.022);
+  slider->SetEndCapLength(0.003);
+  slider->SetEndCapWidth(0.012);
+  slider->SetTitleHeight(0.02);
+  set_look(slider->GetTitleProperty(), 14);
+  slider->GetTubeProperty()->SetColor(kGrey[0], kGrey[1], kGrey[2]);
+  slider->GetCapProperty()->SetColor(kGrey[0], kGrey[1], kGrey[2]);
+  slider->GetSliderProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
+  slider->GetSelectedProperty()->SetColor(kInk[0], kInk[1], kInk[2]);
+  auto widget = vtkSmartPointer<vtkSliderWidget>::New();
+  widget->SetInteractor(interactor_);
+  widget->SetDefaultRenderer(overlay_);
+  widget->SetCurrentRenderer(overlay_);
+  widget->SetRepresentation(slider);
+  widget->SetAnimationModeToJump();
+  widget->KeyPressActivationOff();
+  return widget;
+}
+
+void Viewer::make_interactive() {
+  interactor_ = vtkSmartPointer<vtkRenderWindowInteractor>::New();
+  interactor_->SetRenderWindow(window_);
+  interactor_->SetInteractorStyle(vtkSmartPointer<ViewerStyle>::New());
+  interactor_->AddObserver(vtkCommand::KeyPressEvent, this, &Viewer::on_key);
+  interactor_->AddObserver(vtkCommand::TimerEvent, this, &Viewer::on_timer);
+  interactor_->Initialize();
+
+  error_slider_ = make_slider(0.03, 0.32);
+  place_slider_ = make_slider(0.68, 0.97);
+  error_slider_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_error_slider);
+  place_slider_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_place_slider);
+  error_slider_->EnabledOn();
+
+  vtkNew<vtkBoxRepresentation> box;
+  box->SetPlaceFactor(1);
+  box->GetOutlineProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
+  box->GetOutlineProperty()->SetLineWidth(2.5F);
+  box->HandlesOn();
+  box_ = vtkSmartPointer<vtkBoxWidget2>::New();
+  box_->SetInteractor(interactor_);
+  box_->SetDefaultRenderer(left_);
+  box_->SetCurrentRenderer(left_);
+  box_->SetRepresentation(box);
+  box_->KeyPressActivationOff();
+  box_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_box);
+
+  vtkNew<vtkSphereRepresentation> sphere;
+  sphere->SetPlaceFactor(1);
+  sphere->SetRepresentationToWireframe();
+  sphere->HandleVisibilityOff();
+  sphere->HandleTextOff();
+  sphere->RadialLineOff();
+  sphere->GetSphereProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
+  sphere->GetSphereProperty()->LightingOff();
+  sphere->GetSelectedSphereProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
+  sphere->GetSelectedSphereProperty()->LightingOff();
+  sphere_ = vtkSmartPointer<vtkSphereWidget2>::New();
+  sphere_->SetInteractor(interactor_);
+  sphere_->SetDefaultRenderer(left_);
+  sphere_->SetCurrentRenderer(left_);
+  sphere_->SetRepresentation(sphere);
+  sphere_->KeyPressActivationOff();
+  sphere_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_sphere);
+  show_focus_widget();
+}
+
+void Viewer::place_camera() {
+  if (look_.camera) {
+    const View& view = *look_.camera;
+    camera_->SetPosition(view.eye.data());
+    camera_->SetFocalPoint(view.eye[0] + view.direction[0], view.eye[1] + view.direction[1],
+                           view.eye[2] + view.direction[2]);
+    camera_->SetViewUp(view.up.data());
+    camera_->SetViewAngle(view.vertical_angle * kRadian);
+    return;
+  }
+  const DatasetInfo& info = dataset_->info();
+  camera_->SetViewAngle(30);
+  camera_->SetFocalPoint(0, 0, 0);
+  camera_->SetPosition(0.45, -1, 0.4);
+  camera_->SetViewUp(0, 0, 1);
+  std::array<double, 6> bounds{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    bounds[2 * i] = info.box_min[i];
+    bounds[2 * i + 1] = info.box_max[i];
+  }
+  left_->ResetCamera(bounds.data());
+  camera_->Zoom(1.3);
+}
+
+void Viewer::arrange_panels() {
+  left_->SetViewport(0, 0, look_.split ? 0.5 : 1, 1);
+  right_->SetViewport(0.5, 0, 1, 1);
+  window_->RemoveRenderer(right_);
+  if (!look_.split) return;
+  window_->AddRenderer(right_);
+  if (!original_) original_ = std::make_unique<Scene>(dataset_);
+}
+
+Settings Viewer::original_settings() const {
+  Settings settings = settings_;
+  settings.error = 0;
+  settings.max_tets.reset();
+  settings.max_vertices.reset();
+  settings.focus.reset();
+  return settings;
+}
+
+bool Viewer::step() {
+  scene_.step(settings_, kStepMs);
+  bool is_complete = scene_.frame().is_complete;
+  if (look_.split) is_complete = original_->step(original_settings(), kStepMs).is_complete && is_complete;
+  refresh();
+  return !is_complete;
+}
+
+bool Viewer::advance() {
+  const bool is_more = step();
+  window_->Render();
+  return is_more;
+}
+
+void Viewer::finish() {
+  while (!scene_.step(settings_).is_complete)
+    dataset_->wait_until_loaded();
+  while (look_.split && !original_->step(original_settings()).is_complete)
+    dataset_->wait_until_loaded();
+  refresh();
+  window_->Render();
+}
+
+void Viewer::refresh() {
+  set_colours();
+  left_panel_.show(scene_.frame(), settings_.show, look_.edges);
+  const bool is_dragged = interactor_ != nullptr && (box_->GetEnabled() != 0 || sphere_->GetEnabled() != 0);
+  left_panel_.show_focus(is_dragged ? std::nullopt : settings_.focus);
+  if (look_.text) left_panel_.set_title(caption(name_, dataset_->info(), settings_, scene_.frame()));
+  if (look_.split) {
+    right_panel_.show(original_->frame(), settings_.show, look_.edges);
+    right_panel_.show_focus(settings_.focus);
+    if (look_.text)
+      right_panel_.set_title("the original" + std::string(original_->frame().is_complete ? "" : ", loading ..."));
+  }
+  bar_title_->SetInput(name_of(settings_.colour, dataset_->info()).c_str());
+  set_sliders();
+  left_->ResetCameraClippingRange();
+}
+
+void Viewer::set_colours() {
+  Range range = scene_.frame().range;
+  if (look_.split && !original_->frame().range.empty()) {
+    range.widen(original_->frame().range.least);
+    range.widen(original_->frame().range.most);
+  }
+  if (look_.range && settings_.colour.kind == ColourKind::kField) range = *look_.range;
+  if (range.empty()) range = {0, 1};
+  if (range.least == range.most) range.most = range.least + std::max(1e-12, std::fabs(range.least) * 1e-6);
+  if (range == shown_range_) return;
+  shown_range_ = range;
+  colours_->RemoveAllPoints();
+  for (const ColourStop& stop : kSequential)
+    colours_->AddRGBPoint(range.least + stop.at * (range.most - range.least), stop.red, stop.green, stop.blue);
+  left_panel_.set_range(range, dataset_->info().diagonal);
+  right_panel_.set_range(range, dataset_->info().diagonal);
+}
+
+Range Viewer::reach_of_place() const {
+  const DatasetInfo& info = dataset_->info();
+  Range reach;
+  if (settings_.show == Show::kIsosurface) return scene_.mesh().range(1);
+  for (unsigned bits = 0; bits < 8; ++bits) {
+    double offset = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      offset += settings_.plane.normal[i] * ((bits >> i & 1U) != 0 ? info.box_max[i] : info.box_min[i]);
+    reach.widen(offset);
+  }
+  return reach;
+}
+
+void Viewer::set_place(double value) {
+  const Range reach = reach_of_place();
+  if (reach.empty()) return;
+  const double place = std::clamp(value, reach.least, reach.most);
+  if (settings_.show == Show::kIsosurface)
+    settings_.isovalue = place;
+  else
+    settings_.plane.offset = place;
+}
+
+void Viewer::set_sliders() {
+  if (!error_slider_) return;
+  auto* const error = vtkSliderRepresentation2D::SafeDownCast(error_slider_->GetRepresentation());
+  error->SetMinimumValue(kLeastLog);
+  error->SetMaximumValue(kMostLog);
+  error->SetValue(log_of(settings_.error));
+  error->SetTitleText(("error bound: " + name_of_error(settings_.error)).c_str());
+
+  const bool is_iso = settings_.show == Show::kIsosurface;
+  const bool has_place = is_iso || settings_.show == Show::kCells || settings_.show == Show::kSlice;
+  const Range reach = reach_of_place();
+  if ((place_slider_->GetEnabled() != 0) != (has_place && !reach.empty()))
+    place_slider_->SetEnabled(has_place && !reach.empty() ? 1 : 0);
+  if (!has_place || reach.empty()) return;
+  auto* const place = vtkSliderRepresentation2D::SafeDownCast(place_slider_->GetRepresentation());
+  place->SetMinimumValue(reach.least);
+  place->SetMaximumValue(reach.most);
+  place->SetValue(place_of(settings_));
+  place->SetTitleText(((is_iso ? "isovalue: " : "plane: ") + brief(place_of(settings_))).c_str());
+}
+
+void Viewer::on_error_slider() {
+  settings_.error = error_at(vtkSliderRepresentation::SafeDownCast(error_slider_->GetRepresentation())->GetValue());
+  step(); // the widget draws
+}
+
+void Viewer::on_place_slider() {
+  set_place(vtkSliderRepresentation::SafeDownCast(place_slider_->GetRepresentation())->GetValue());
+  step();
+}
+
+void Viewer::on_box() {
+  settings_.focus = region_of(*vtkBoxRepresentation::SafeDownCast(box_->GetRepresentation()));
+  step();
+}
+
+void Viewer::on_sphere() {
+  auto* const sphere = vtkSphereRepresentation::SafeDownCast(sphere_->GetRepresentation());
+  Sphere region;
+  sphere->GetCenter(region.centre.data());
+  region.radius = sphere->GetRadius();
+  settings_.focus = region;
+  step();
+}
+
+void Viewer::on_timer() {
+  const bool is_complete = scene_.frame().is_complete && (!look_.split || original_->frame().is_complete);
+  if (!is_complete) advance();
+}
+
+void Viewer::on_key() {
+  const char* const symbol = interactor_->GetKeySym();
+  if (symbol == nullptr) return;
+  if (const std::optional<Command> command = command_of(symbol)) execute(*command);
+}
+
+// The widget that fits the region takes its place; regions of other shapes are only outlined.
+void Viewer::show_focus_widget() {
+  if (interactor_ == nullptr) return;
+  const bool is_box = settings_.focus && std::holds_alternative<Box>(*settings_.focus);
+  const bool is_sphere = settings_.focus && std::holds_alternative<Sphere>(*settings_.focus);
+  if (is_box) {
+    const Box& box = std::get<Box>(*settings_.focus);
+    std::array<double, 6> bounds = {box.min[0], box.max[0], box.min[1], box.max[1], box.min[2], box.max[2]};
+    box_->GetRepresentation()->PlaceWidget(bounds.data());
+  }
+  if (is_sphere) {
+    const Sphere& region = std::get<Sphere>(*settings_.focus);
+    auto* const sphere = vtkSphereRepresentation::SafeDownCast(sphere_->GetRepresentation());
+    std::array<double, 6> bounds{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      bounds[2 * i] = region.centre[i] - region.radius;
+      bounds[2 * i + 1] = region.centre[i] + region.radius;
+    }
+    sphere->PlaceWidget(bounds.data());
+    std::array<double, 3> centre = region.centre;
+    sphere->SetCenter(centre.data());
+    sphere->SetRadius(region.radius);
+  }
+  box_->SetEnabled(is_box ? 1 : 0);
+  sphere_->SetEnabled(is_sphere ? 1 : 0);
+}
+
+void Viewer::start_focus(bool is_box) {
+  const DatasetInfo& info = dataset_->info();
+  Box box;
+  Sphere sphere{{}, 0.1 * info.diagonal};
+  for (std::size_t i = 0; i < 3; ++i) {
+    sphere.centre[i] = (info.box_min[i] + info.box_max[i]) / 2;
+    const double half = 0.15 * (info.box_max[i] - info.box_min[i]);
+    box.min[i] = sphere.centre[i] - half;
+    box.max[i] = sphere.centre[i] + half;
+  }
+  settings_.focus = is_box ? Region{box} : Region{sphere};
+}
+
+void Viewer::change_error(double factor) {
+  const double log = log_of(settings_.error) + std::log10(factor);
+  settings_.error = error_at(std::clamp(log, kLeastLog, kMostLog));
+}
+
+void Viewer::next_colour() {
+  ColourBy& colour = settings_.colour;
+  switch (colour.kind) {
+  case ColourKind::kField:
+    if (colour.field + 1 < dataset_->info().fields.size())
+      ++colour.field;
+    else
+      colour.kind = ColourKind::kError;
+    break;
+  case ColourKind::kError: colour.kind = ColourKind::kLevel; break;
+  case ColourKind::kLevel:
+    colour = dataset_->info().fields.empty() ? ColourBy{ColourKind::kError, 0} : ColourBy{};
+    break;
+  }
+}
+
+void Viewer::execute(Command command) {
+  const auto move_place = [&](double part) {
+    const Range reach = reach_of_place();
+    set_place(place_of(settings_) + part * (reach.most - reach.least));
+  };
+  switch (command) {
+  case Command::kSurface: settings_.show = Show::kSurface; break;
+  case Command::kCells: settings_.show = Show::kCells; break;
+  case Command::kSlice: settings_.show = Show::kSlice; break;
+  case Command::kIsosurface:
+    settings_.show = Show::kIsosurface;
+    if (!settings_.isovalue) set_place((reach_of_place().least + reach_of_place().most) / 2);
+    break;
+  case Command::kVolume: settings_.show = Show::kVolume; break;
+  case Command::kNextColour: next_colour(); break;
+  case Command::kFiner: change_error(0.5); break;
+  case Command::kCoarser: change_error(2); break;
+  case Command::kBack: move_place(-0.02); break;
+  case Command::kForth: move_place(0.02); break;
+  case Command::kPlaneX: settings_.plane = plane_across(0, dataset_->info()); break;
+  case Command::kPlaneY: settings_.plane = plane_across(1, dataset_->info()); break;
+  case Command::kPlaneZ: settings_.plane = plane_across(2, dataset_->info()); break;
+  case Command::kFlipPlane:
+    for (double& x : settings_.plane.normal)
+      x = -x;
+    settings_.plane.offset = -settings_.plane.offset;
+    break;
+  case Command::kFocusBox:
+  case Command::kFocusSphere: start_focus(command == Command::kFocusBox); break;
+  case Command::kNoFocus: settings_.focus.reset(); break;
+  case Command::kEdges: look_.edges = !look_.edges; break;
+  case Command::kSplit:
+    look_.split = !look_.split;
+    arrange_panels();
+    break;
+  case Command::kResetCamera: place_camera(); break;
+  case Command::kPicture: write_picture("ptet-view.png"); return;
+  case Command::kHelp: help_->SetVisibility(help_->GetVisibility() == 0 ? 1 : 0); break;
+  case Command::kQuit:
+    if (interactor_ != nullptr) interactor_->TerminateApp();
+    return;
+  }
+  if (command == Command::kFocusBox || command == Command::kFocusSphere || command == Command::kNoFocus)
+    show_focus_widget();
+  advance();
+}
+
+void Viewer::interact() {
+  advance();
+  interactor_->CreateRepeatingTimer(kTimerMs);
+  interactor_->Start();
+}
+
+void Viewer::write_picture(const std::string& path) {
+  vtkNew<vtkWindowToImageFilter> image;
+  image->SetInput(window_);
+  image->SetInputBufferTypeToRGB();
+  image->ReadFrontBufferOff();
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputConnection(image->GetOutputPort());
+  writer->WriteToMemoryOn();
+  writer->Write();
+  const vtkUnsignedCharArray* const bytes = writer->GetResult();
+  errno = 0;
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(const_cast<vtkUnsignedCharArray*>(bytes)->GetPointer(0)), // NOLINT
+             static_cast<std::streamsize>(bytes->GetNumberOfValues()));
+  if (!file.flush()) {
+    const std::string why = errno == 0 ? "" : std::string(": ") + std::strerror(errno);
+    throw Error(ErrorCode::kIo, "cannot write the picture '" + path + "'" + why);
+  }
+}
+
+} // namespace ptet::view
