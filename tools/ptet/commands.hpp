@@ -13,5 +13,7 @@ void add_measure(CLI::App& program);
 void add_verify(CLI::App& program);
 void add_dump(CLI::App& program);
 void add_view(CLI::App& program);
+/// Knows the commands that were added before.
+void add_manual(CLI::App& program);
 
 } // namespace ptet::cli

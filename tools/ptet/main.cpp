@@ -49,7 +49,7 @@ const CLI::App& command_named(const CLI::App& program, const std::string& name) 
   std::vector<std::string> names;
   for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {
     if (command->get_name() == name) return *command;
-    names.push_back(command->get_name());
+    if (!command->get_group().empty()) names.push_back(command->get_name());
   }
   throw Error(ErrorCode::kBadArgument, "there is no command '" + name + "'; there are " + quoted_list(names));
 }
@@ -80,6 +80,7 @@ void add_commands(CLI::App& program) {
   help->add_option("COMMAND", *name, "the command")->option_text(" ");
   for (CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
     command->group("Commands");
+  add_manual(program);
   help->callback([&program, name] { std::cout << help_of(program, *name); });
 }
 
