@@ -32,6 +32,11 @@ step(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/reader -G ${GENERATOR} $
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/reader)
 step(${WORK_DIR}/reader/cut_file ${WORK_DIR}/block.ptet)
 
+# The run-time library by itself asks for nothing of the builder's.
+step(${CMAKE_COMMAND} -S ${SOURCE_DIR} -B ${WORK_DIR}/run-time-only -G ${GENERATOR} ${options} -DPTET_BUILD_BUILDER=OFF
+     -DCMAKE_DISABLE_FIND_PACKAGE_CGAL=ON -DCMAKE_DISABLE_FIND_PACKAGE_OpenMesh=ON -DCMAKE_DISABLE_FIND_PACKAGE_TBB=ON
+     -DCMAKE_DISABLE_FIND_PACKAGE_VTK=ON -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON)
+
 # The examples, one of them in C, through CMake.
 step(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tools/examples -B ${WORK_DIR}/examples -G ${GENERATOR} ${options})
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/examples)
