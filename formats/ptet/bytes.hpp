@@ -35,7 +35,7 @@ public:
     put(static_cast<std::uint8_t>(value));
   }
   void put_bytes(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
-  void put_text(std::string_view text) { put_bytes(std::as_bytes(std::span(text))); }
+  void put_text(std::string_view text) { put_bytes(std::as_bytes(std::span(text.data(), text.size()))); }
 
   [[nodiscard]] std::size_t size() const { return bytes_.size(); }
   [[nodiscard]] const std::vector<std::byte>& bytes() const { return bytes_; }

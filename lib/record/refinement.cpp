@@ -56,7 +56,7 @@ void for_each_face(const std::vector<Tet>& cells, std::size_t first, std::uint32
     });
     while (bucket != bucket_end) {
       const auto run = std::find_if(bucket, bucket_end, [&](const HalfFace& face) { return !face.same_face(*bucket); });
-      visit(std::span<const HalfFace>(bucket, run));
+      visit(std::span<const HalfFace>(&*bucket, static_cast<std::size_t>(run - bucket)));
       bucket = run;
     }
   }
