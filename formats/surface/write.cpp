@@ -175,7 +175,9 @@ void write_surface(const std::string& path, const TetMesh& mesh, Faces faces) {
   const Surface surface = surface_of(mesh, faces);
 
   WholeFile file(path);
+  errno = 0;
   std::ofstream stream(file.temporary_path(), std::ios::binary);
+  if (!stream) file.fail(errno != 0 ? errno : EIO);
   const bool binary = ending == ".ply" || ending == ".stl";
   const auto options = binary ? OpenMesh::IO::Options::Binary : OpenMesh::IO::Options::Default;
   const Silence silence;

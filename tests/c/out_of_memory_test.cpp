@@ -1,8 +1,9 @@
 // The C interface when memory runs out: every allocation of opening a file and extracting from it fails once, and each
-// time the call says so. Its own program, because it replaces operator new.
+// time the call says so and leaves nothing behind. Its own program, because it replaces operator new.
 #include "ptet/ptet.h"
 #include "ptet/ptet_build.h"
 
+#include <atomic>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -14,12 +15,21 @@ namespace {
 
 /// Allocations of this thread that still succeed; negative: all.
 thread_local long left = -1;
+/// Allocations not given back.
+std::atomic<long> held{0};
 int failures = 0;
 
 void* allocate(std::size_t size) {
   if (left == 0) return nullptr;
   if (left > 0) --left;
-  return std::malloc(size == 0 ? 1 : size);
+  void* const memory = std::malloc(size == 0 ? 1 : size);
+  if (memory != nullptr) ++held;
+  return memory;
+}
+
+void release(void* memory) {
+  if (memory != nullptr) --held;
+  std::free(memory);
 }
 
 void check(bool good, const char* what, long at) {
@@ -28,12 +38,19 @@ void check(bool good, const char* what, long at) {
   std::fprintf(stderr, "allocation %ld fails: not so: %s\n", at, what);
 }
 
-/// Calls with the first allocation failing, then with the second, and so on until the call succeeds; before each call
-/// `prepare`, which has memory to spare. Returns how many times it failed.
+/// Calls with the first allocation failing, then with the second, and so on until the call succeeds. Before each call
+/// `clear` gives back whatever the call before has left, then `prepare` makes what the next one needs; both have memory
+/// to spare. Returns how many times it failed.
 long exhaust(
-    const char* what, const std::function<ptet_status(ptet_error**)>& call,
+    const char* what, const std::function<ptet_status(ptet_error**)>& call, const std::function<void()>& clear = {},
     const std::function<void()>& prepare = [] {}) {
+  if (clear) clear();
+  const long held_before = held;
   for (long at = 0;; ++at) {
+    if (clear) {
+      clear();
+      check(held == held_before, "nothing is left behind", at - 1);
+    }
     prepare();
     ptet_error* error = nullptr;
     left = at;
@@ -99,10 +116,10 @@ void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   return allocate(size);
 }
 void operator delete(void* memory) noexcept {
-  std::free(memory);
+  release(memory);
 }
 void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
+  release(memory);
 }
 
 int main() {
@@ -111,7 +128,11 @@ int main() {
   const auto open = [&](ptet_error** error) {
     return ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), nullptr, &dataset, error);
   };
-  const long to_open = exhaust("open", open);
+  const auto close = [&] {
+    ptet_dataset_free(dataset);
+    dataset = nullptr;
+  };
+  const long to_open = exhaust("open", open, close);
 
   left = 0;
   check(ptet_request_new() == nullptr, "no request without memory", 0);
@@ -126,10 +147,7 @@ int main() {
     return ptet_dataset_extract(dataset, request, nullptr, nullptr, &extraction, error);
   };
   // What a file is read into may be left in the middle: each attempt has a dataset of its own.
-  const long to_extract = exhaust("extract", extract, [&] {
-    ptet_dataset_free(dataset);
-    check(open(nullptr) == PTET_OK, "opens", -1);
-  });
+  const long to_extract = exhaust("extract", extract, close, [&] { check(open(nullptr) == PTET_OK, "opens", -1); });
   ptet_extraction_info info{};
   info.struct_size = sizeof info;
   check(ptet_extraction_get_info(extraction, &info, nullptr) == PTET_OK, "extracts", -1);
@@ -137,13 +155,17 @@ int main() {
   ptet_extraction_free(extraction);
 
   ptet_session* session = nullptr;
-  const auto reopen = [&] {
+  const auto close_both = [&] {
     ptet_session_free(session);
-    ptet_dataset_free(dataset);
+    session = nullptr;
+    close();
+  };
+  const auto open_both = [&] {
     check(open(nullptr) == PTET_OK && ptet_session_open(dataset, &session, nullptr) == PTET_OK, "opens", -1);
   };
   exhaust(
-      "update", [&](ptet_error** error) { return ptet_session_update(session, request, nullptr, error); }, reopen);
+      "update", [&](ptet_error** error) { return ptet_session_update(session, request, nullptr, error); }, close_both,
+      open_both);
   exhaust("extract from a session",
           [&](ptet_error** error) { return ptet_session_extract(session, &extraction, error); });
   ptet_extraction_info updated{};

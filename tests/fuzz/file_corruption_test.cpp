@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <random>
 
@@ -58,6 +59,37 @@ Bytes sample_file(const TetMesh& mesh) {
   return file::encode(mesh, records, {"0.1.0", "sample", "xxh64:0", {{"option", "value"}}, {"note"}});
 }
 
+Bytes golden_file(const std::string& name) {
+  const auto source = file::open_file(PTET_SOURCE_DIR "/tests/golden/" + name + ".ptet");
+  Bytes bytes(source->size());
+  source->read(0, bytes);
+  return bytes;
+}
+
+/// Whether damage is found without decoding a record: in what opening reads, or by the hash of a block.
+bool is_found(const Bytes& bytes) {
+  try {
+    const file::Reader reader(file::over_memory(bytes));
+    static_cast<void>(reader.read_base());
+    std::vector<std::uint32_t> every(reader.blocks().size());
+    for (std::uint32_t b = 0; b < every.size(); ++b)
+      every[b] = b;
+    bool found = false;
+    static_cast<void>(reader.fetch(every, [&](std::uint32_t, const Error& error) {
+      found |= error.code() == ErrorCode::kCorruptFile && error.byte_offset().has_value();
+    }));
+    return found;
+  } catch (const Error& error) {
+    return error.code() == ErrorCode::kCorruptFile && error.byte_offset().has_value();
+  }
+}
+
+/// Every so many bits of a golden file are flipped: all of them when PTET_TEST_EVERYTHING is set, and where it is
+/// quick.
+std::size_t flip_step(std::size_t usual) {
+  return std::getenv("PTET_TEST_EVERYTHING") != nullptr ? 1 : usual;
+}
+
 /// The file with a change in a row of its table, under right hashes.
 Bytes with_row(const Bytes& bytes, std::size_t row, const std::function<void(file::BlockInfo&)>& change) {
   Parts parts(bytes);
@@ -96,6 +128,36 @@ TEST_CASE("2,000 flipped bits are all found") {
       flip(damaged, bit);
       if (try_to_read(damaged) != Outcome::kRefused) FAIL("bit " << bit << " was not missed");
     }
+  }
+}
+
+TEST_CASE("golden files cut short at any length are refused") {
+  for (const char* name : {"tiny", "pinched", "double"}) {
+    const Bytes bytes = golden_file(name);
+    REQUIRE(!is_found(bytes));
+    std::size_t missed = 0;
+    for (std::size_t length = 0; length < bytes.size(); ++length)
+      missed += is_found({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)}) ? 0 : 1;
+    INFO(name << ": " << bytes.size() << " lengths");
+    CHECK(missed == 0);
+  }
+}
+
+TEST_CASE("every flipped bit of golden files is found") {
+  const std::pair<const char*, std::size_t> files[] = {{"tiny", 1}, {"pinched", 5}, {"double", 11}};
+  for (const auto& [name, usual_step] : files) {
+    Bytes bytes = golden_file(name);
+    const std::size_t step = flip_step(usual_step);
+    std::size_t flips = 0, missed = 0;
+    for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += step) {
+      flip(bytes, bit);
+      missed += is_found(bytes) ? 0 : 1;
+      flip(bytes, bit);
+      ++flips;
+    }
+    INFO(name << ": " << flips << " bits");
+    CHECK(missed == 0);
+    REQUIRE(!is_found(bytes));
   }
 }
 
