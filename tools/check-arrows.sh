@@ -27,6 +27,7 @@ mapfile -t ground < <(sources lib/mesh lib/error)
 mapfile -t all_lib < <(sources lib)
 mapfile -t all_formats < <(sources formats)
 mapfile -t ptet_format < <(sources formats/ptet)
+mapfile -t paraview < <(sources tools/paraview)
 mapfile -t public < <(sources lib/include)
 
 offline='OpenMesh/|vtk|CGAL/|tbb/|oneapi/|boost/(filesystem|iostreams|program_options|thread|log|regex)'
@@ -39,6 +40,7 @@ forbid "the Python module stands on the public interface" '(lib|mesh|error|lod|b
 forbid "records do not know formats" 'formats/|build/|lod/' "${record[@]}"
 forbid "mesh and error are the ground floor" 'formats/|build/|lod/|record/' "${ground[@]}"
 forbid "the library does not know the tools" '(.*/)?tools/' "${all_lib[@]}" "${all_formats[@]}"
+forbid "ParaView's reader stands on the installed library" '(lib|mesh|error|lod|build|record|formats)/' "${paraview[@]}"
 forbid "public headers name no dependency" 'OpenMesh/|vtk|CGAL/|tbb/|boost/|Eigen/|zstd|xxhash' "${public[@]}"
 forbid "the run-time library is small" "$offline" "${lod[@]}" "${record[@]}" "${ptet_format[@]}"
 exit $wrong

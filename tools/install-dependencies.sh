@@ -6,6 +6,7 @@
 #   tools/install-dependencies.sh --tests    also what tools/test.sh and .ci/run need
 #   tools/install-dependencies.sh --python   also what the Python module and its examples need
 #   tools/install-dependencies.sh --bench    also what tools/bench needs
+#   tools/install-dependencies.sh --paraview instead: what tools/paraview needs (ParaView's Python excludes VTK's)
 #   tools/install-dependencies.sh --list     prints the packages that it would install, and stops
 set -euo pipefail
 
@@ -28,6 +29,8 @@ packages=(
 test_packages=(clang-format clang-tidy shellcheck git python3-meshio python3-zstandard python3-xxhash)
 python_packages=(pybind11-dev python3-dev python3-pip python3-venv python3-matplotlib)
 test_packages+=("${python_packages[@]}" mypy) # mypy: the module's types
+paraview_packages=(g++ cmake ninja-build pkg-config libboost-dev libzstd-dev libxxhash-dev paraview-dev
+  python3-paraview libopenmpi-dev mpi-default-bin libgl1-mesa-dri xvfb xauth)
 bench_packages=(libbenchmark-dev python3-matplotlib)
 
 list_only=no
@@ -36,8 +39,9 @@ for argument in "$@"; do
     --tests) packages+=("${test_packages[@]}") ;;
     --python) packages+=("${python_packages[@]}") ;;
     --bench) packages+=("${bench_packages[@]}") ;;
+    --paraview) packages=("${paraview_packages[@]}") ;;
     --list) list_only=yes ;;
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "install-dependencies.sh: unknown option $argument (see --help)" >&2; exit 2 ;;
   esac
 done

@@ -105,9 +105,6 @@ protected:
   int RequestData(vtkInformation* request, vtkInformationVector** inputs, vtkInformationVector* outputs) override;
 
 private:
-  vtkPtetReader(const vtkPtetReader&) = delete;
-  void operator=(const vtkPtetReader&) = delete;
-
   char* FileName = nullptr;
   bool BoundFieldErrors = false;
   double FieldError = 1;
