@@ -7,6 +7,7 @@
 #   tools/install-dependencies.sh --python   also what the Python module and its examples need
 #   tools/install-dependencies.sh --bench    also what tools/bench needs
 #   tools/install-dependencies.sh --paraview instead: what tools/paraview needs (ParaView's Python excludes VTK's)
+#   tools/install-dependencies.sh --web      also what tools/web needs, to build the page and to test it
 #   tools/install-dependencies.sh --list     prints the packages that it would install, and stops
 set -euo pipefail
 
@@ -32,6 +33,12 @@ test_packages+=("${python_packages[@]}" mypy) # mypy: the module's types
 paraview_packages=(g++ cmake ninja-build pkg-config libboost-dev libzstd-dev libxxhash-dev paraview-dev
   python3-paraview libopenmpi-dev mpi-default-bin libgl1-mesa-dri xvfb xauth)
 bench_packages=(libbenchmark-dev python3-matplotlib)
+web_packages=(
+  emscripten nodejs # the library in WebAssembly
+  xz-utils          # zstd's decoder, from its source package
+  chromium          # the page's test
+)
+command -v npm >/dev/null || web_packages+=(npm) # a newer node than Debian's brings its own, and refuses Debian's
 
 list_only=no
 for argument in "$@"; do
@@ -40,6 +47,7 @@ for argument in "$@"; do
     --python) packages+=("${python_packages[@]}") ;;
     --bench) packages+=("${bench_packages[@]}") ;;
     --paraview) packages=("${paraview_packages[@]}") ;;
+    --web) packages+=("${web_packages[@]}") ;;
     --list) list_only=yes ;;
     -h | --help) sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "install-dependencies.sh: unknown option $argument (see --help)" >&2; exit 2 ;;

@@ -8,10 +8,10 @@ import { chromium } from "playwright-core";
 
 export const here = dirname(fileURLToPath(import.meta.url));
 
-/** serve.py over these folders; { url, stop() }. */
+/** The page, and these folders, by serve.py; { url, stop() }. */
 export function serve(folders, options = []) {
   return new Promise((resolve, reject) => {
-    const server = spawn("python3", [join(here, "serve.py"), "--port", "0", ...options, ...folders], {
+    const server = spawn("python3", [join(here, "serve.py"), ...(options.includes("--port") ? [] : ["--port", "0"]), ...options, ...folders], {
       stdio: ["ignore", "pipe", "inherit"],
     });
     server.once("error", reject);

@@ -3,8 +3,8 @@
 
   tools/web/serve.py [--port N] [--no-ranges] FOLDER...
 
-The first folder is the page's; what is not there is looked for in the next ones. Prints the address that it serves and
-runs until it is stopped. For this machine only (127.0.0.1), and not made for more.
+Serves the page, tools/web/dist, and the files in the folders beside it: what is not in one is looked for in the next.
+Prints the address and runs until it is stopped. For this machine only (127.0.0.1), and not made for more.
 """
 import argparse
 import http.server
@@ -88,9 +88,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--port", type=int, default=8000, help="0: any that is free (default: 8000)")
     parser.add_argument("--no-ranges", action="store_true", help="as a server without ranges does")
-    parser.add_argument("folders", nargs="+", metavar="FOLDER")
+    parser.add_argument("folders", nargs="*", metavar="FOLDER", help="of .ptet files")
     arguments = parser.parse_args()
-    Handler.folders = [os.path.abspath(folder) for folder in arguments.folders]
+    page = os.path.join(os.path.dirname(os.path.abspath(__file__)), "dist")
+    Handler.folders = [page, *map(os.path.abspath, arguments.folders)]
     Handler.has_ranges = not arguments.no_ranges
     with Server(("127.0.0.1", arguments.port), Handler) as server:
         print(f"http://127.0.0.1:{server.server_port}/", flush=True)

@@ -23,7 +23,7 @@ const state = {
   show: new Set(["surface", "cut", "edges"]),
   axis: 1,
   plane: 0.5, // of the box
-  flip: false,
+  flip: true, // so that the first view looks at the cut
   level: 0.5, // of the range
 };
 
@@ -97,8 +97,10 @@ function plane() {
 
 // ---- to and from the worker ----
 
+// With nothing asked at all the answer would be the original.
 function fieldBound() {
-  return state.error === Infinity ? kAnything : state.error;
+  if (state.error < Infinity) return state.error;
+  return state.focus || state.boundary < Infinity ? null : kAnything;
 }
 
 let isAsking = false;
@@ -165,21 +167,18 @@ function opened(description, place) {
   focusBox.set(near(0.375), near(0.625), info.diagonal);
   const governing = info.fields.findIndex((field) => field.governing);
   state.field = Math.max(governing, 0);
-  $("errors").replaceChildren(...info.fields.filter((field) => field.governing).flatMap(errorRows));
+  $("errors").replaceChildren(...info.fields.filter((field) => field.governing).map(errorRow));
   follow(place);
   showState();
   ask();
 }
 
-function errorRows(field) {
-  return ["error", "RMS"].map((kind) => {
-    const row = document.createElement("tr");
-    row.append(document.createElement("th"), document.createElement("td"));
-    row.firstChild.textContent = `${kind} of ${field.name}`;
-    row.dataset.field = field.name;
-    row.dataset.kind = kind;
-    return row;
-  });
+function errorRow(field) {
+  const row = document.createElement("tr");
+  row.append(document.createElement("th"), document.createElement("td"));
+  row.firstChild.textContent = field.name;
+  row.dataset.field = field.name;
+  return row;
 }
 
 function showFetched({ bytes, of, requests }) {
@@ -190,19 +189,18 @@ function showFetched({ bytes, of, requests }) {
 function describe(mesh) {
   const share = (of) => (of === 0 ? "" : ` (${percent(of)})`);
   $("tets").textContent = count(mesh.tets) + share(mesh.tets / info.tets);
+  $("tets").dataset.value = mesh.tets;
   $("vertices").textContent = count(mesh.vertices) + share(mesh.vertices / info.vertices);
-  const rows = [...$("errors").children];
   info.fields
     .filter((field) => field.governing)
     .forEach((field, i) => {
-      const [error, rms] = [rows[2 * i], rows[2 * i + 1]];
-      const show = (row, value) => {
-        row.lastChild.textContent = `${brief(value)}${share(field.range > 0 ? value / field.range : 0)}`;
-        row.lastChild.dataset.value = value;
-      };
-      show(error, mesh.fieldError[i]);
-      rms.hidden = mesh.rmsError.length === 0;
-      if (!rms.hidden) show(rms, mesh.rmsError[i]);
+      const { dataset, lastChild: cell } = $("errors").children[i];
+      const text = (value) => brief(value) + share(field.range > 0 ? value / field.range : 0);
+      cell.textContent = text(mesh.fieldError[i]);
+      dataset.error = mesh.fieldError[i];
+      if (mesh.rmsError.length === 0) return;
+      cell.append(document.createElement("br"), `RMS ${text(mesh.rmsError[i])}`);
+      dataset.rms = mesh.rmsError[i];
     });
   $("domain-error").textContent = `${brief(mesh.domainError)}${share(mesh.domainError / info.diagonal)}`;
   $("domain-error").dataset.value = mesh.domainError;
@@ -287,7 +285,7 @@ function linkToHere() {
     level: state.level,
     camera: scene.cameraPlace.map((x) => Number(x.toPrecision(5))).join(","),
   });
-  if (state.focus) place.set("focus", [...focusBox.min, ...focusBox.max].map((x) => Number(x.toPrecision(8))).join(","));
+  if (state.focus) place.set("focus", [...focusBox.min, ...focusBox.max].join(","));
   return `${location.origin}${location.pathname}?${place}`;
 }
 
@@ -319,7 +317,10 @@ function connect() {
     if ($("disk").files.length > 0) open($("disk").files[0]);
   });
   $("save").addEventListener("click", () => worker.postMessage({ save: true }));
-  $("retry").addEventListener("click", () => worker.postMessage({ retry: true }));
+  $("retry").addEventListener("click", () => {
+    document.body.dataset.state = "busy";
+    worker.postMessage({ retry: true });
+  });
   $("link").addEventListener("click", async () => {
     history.replaceState(null, "", linkToHere());
     await navigator.clipboard?.writeText(location.href).catch(() => {});

@@ -41,9 +41,12 @@ const kFragmentShader = `
     vec3 colour = texture(colours, vec2((t * (places - 1.0) + 0.5) / places, 0.5)).rgb;
     if (isnan(value)) colour = vec3(0.6);
     vec3 normal = normalize(cross(dFdx(eye), dFdy(eye)));
-    colour *= 0.55 + 0.45 * abs(normal.z);
-    vec3 near = smoothstep(vec3(0.0), fwidth(edge) * 1.2, edge);
-    colour *= mix(1.0, 0.35 + 0.65 * min(near.x, min(near.y, near.z)), edges);
+    colour *= 0.7 + 0.3 * abs(normal.z);
+    vec3 width = fwidth(edge) * 1.2;
+    vec3 near = smoothstep(vec3(0.0), width, edge);
+    // Where triangles are a few pixels wide, edges would be all there is.
+    float strength = edges * clamp(1.3 - 1.5 * max(width.x, max(width.y, width.z)), 0.25, 1.0);
+    colour *= mix(1.0, 0.45 + 0.55 * min(near.x, min(near.y, near.z)), strength);
     pixel = vec4(colour, opacity);
   }`;
 

@@ -1,15 +1,13 @@
 // What the page's worker calls: one opened file, the session that follows its requests, and triangles to draw.
 //
-//   worker.js --open, update, draw, mesh--> Viewer --ByteSource--> reader.read(offset, bytes): there already, or not yet
+//   worker.js --open, update, draw, mesh--> Viewer --ByteSource--> reader.read(offset, bytes): there already, or not
+//   yet
 //
 // Nothing waits: bytes that are not there yet make a block one that cannot be had for the time being, the answer is
 // coarser there and says so, and the worker asks again when they have come.
-#include "surfaces.hpp"
-
 #include "ptet/dataset.hpp"
 #include "ptet/session.hpp"
-
-#include <emscripten/bind.h>
+#include "surfaces.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +15,8 @@
 #include <memory>
 #include <new>
 #include <utility>
+
+#include <emscripten/bind.h>
 
 namespace ptet::web {
 namespace {
@@ -78,8 +78,8 @@ val array_of(const PointArray& array) {
   result.set("name", array.name);
   result.set("type", std::string(name_of(array.type)));
   result.set("components", array.components);
-  result.set("bytes", copied<std::uint8_t>({reinterpret_cast<const std::uint8_t*>(array.bytes.data()),
-                                            array.bytes.size()}));
+  result.set("bytes",
+             copied<std::uint8_t>({reinterpret_cast<const std::uint8_t*>(array.bytes.data()), array.bytes.size()}));
   return result;
 }
 
@@ -125,13 +125,12 @@ public:
     });
   }
 
-  /// `asked`: { fieldError, domainError: fractions, or null; focus: { min, max } or null }. With all null: the original.
-  /// Returns sizes and errors of the mesh as it is then.
+  /// `asked`: { fieldError, domainError: fractions, or null; focus: { min, max } or null }. With all null: the
+  /// original. Returns sizes and errors of the mesh as it is then.
   val update(const val& asked) {
     return guarded([&] {
       Request request;
-      if (!asked["fieldError"].isNull())
-        request.field_error.push_back({"", {asked["fieldError"].as<double>(), true}});
+      if (!asked["fieldError"].isNull()) request.field_error.push_back({"", {asked["fieldError"].as<double>(), true}});
       if (!asked["domainError"].isNull()) request.domain_error = Bound{asked["domainError"].as<double>(), true};
       if (const val focus = asked["focus"]; !focus.isNull())
         request.focus.push_back({Box{point_of(focus["min"]), point_of(focus["max"])}});
@@ -149,7 +148,8 @@ public:
       const Point middle = centre();
       val result = val::object();
       result.set("range", range_of(colours));
-      if (what["surface"].as<bool>()) result.set("surface", triangles_of(surface(scene, plane_of(what["cut"]), middle)));
+      if (what["surface"].as<bool>())
+        result.set("surface", triangles_of(surface(scene, plane_of(what["cut"]), middle)));
       if (const auto plane = plane_of(what["slice"]))
         result.set("slice", triangles_of(contour(scene, heights(points_, *plane), 0, middle)));
       if (const val iso = what["isosurface"]; !iso.isNull()) {
