@@ -7,8 +7,12 @@
 #include "tools/view/to_vtk.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <stdexcept>
+#include <thread>
 
 #include <catch2/catch.hpp>
 #include <vtkCellArray.h>
@@ -28,13 +32,31 @@ using namespace ptet::view;
 
 namespace {
 
-std::shared_ptr<const Dataset> dataset() {
-  static const auto opened = [] {
+const std::vector<std::byte>& content() {
+  static const std::vector<std::byte> bytes = [] {
     const TetMesh mesh = test::grid({{6, 5, 5}, {}, 2, 3});
-    return Dataset::open_memory(file::encode(mesh, test::simplify_naively(mesh), {}));
+    return file::encode(mesh, test::simplify_naively(mesh), {});
   }();
+  return bytes;
+}
+
+std::shared_ptr<const Dataset> dataset() {
+  static const auto opened = Dataset::open_memory(content());
   return opened;
 }
+
+/// A server far away, which may go.
+class SlowSource : public ByteSource {
+public:
+  std::uint64_t size() override { return content().size(); }
+  void read(std::uint64_t offset, std::span<std::byte> into) override {
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms.load()));
+    if (is_gone) throw std::runtime_error("the server has gone");
+    std::copy_n(content().begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
+  }
+  std::atomic<int> delay_ms = 0;
+  std::atomic<bool> is_gone = false;
+};
 
 Point middle() {
   const DatasetInfo& info = dataset()->info();
@@ -325,6 +347,38 @@ TEST_CASE("a scene that followed a focus shows what a new one shows") {
     CHECK(sorted_corners(moving.frame().polygons) == sorted_corners(fresh.frame().polygons));
     CHECK(sums_of(moving.frame().polygons).value == Approx(sums_of(fresh.frame().polygons).value));
   }
+}
+
+TEST_CASE("a scene does not wait for blocks, and gets there") {
+  const auto source = std::make_shared<SlowSource>();
+  OpenOptions options;
+  options.background = true;
+  const auto slow = Dataset::open(source, options);
+  source->delay_ms = 100;
+  Scene scene(slow);
+  const Settings settings = settings_for(Show::kSurface);
+  const Frame& frame = scene.step(settings);
+  CHECK_FALSE(frame.is_complete);
+  CHECK(frame.limited_by == LimitedBy::kLoading);
+  CHECK(frame.tets == slow->info().base_tets);
+  CHECK(frame.polygons.count() > 0);
+  CHECK(caption("a", slow->info(), settings, frame).find("\nloading ...") != std::string::npos);
+  while (!scene.step(settings).is_complete)
+    slow->wait_until_loaded();
+  CHECK(frame.tets == dataset()->extract(request_of(settings)).mesh.tets.size());
+}
+
+TEST_CASE("blocks that cannot be had are told of, and not waited for") {
+  const auto source = std::make_shared<SlowSource>();
+  const auto broken = Dataset::open(source);
+  source->is_gone = true;
+  Scene scene(broken);
+  const Settings settings = settings_for(Show::kSurface);
+  const Frame& frame = scene.step(settings);
+  CHECK(frame.is_complete);
+  CHECK(frame.limited_by == LimitedBy::kUnreadable);
+  CHECK(frame.failure_code == ErrorCode::kIo);
+  CHECK(caption("a", broken->info(), settings, frame).find("the server has gone") != std::string::npos);
 }
 
 TEST_CASE("the same again makes nothing new") {

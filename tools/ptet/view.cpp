@@ -44,6 +44,7 @@ std::vector<std::string> words_of(const CLI::App& command) {
   std::vector<std::string> words = words_of(command);
   words.insert(words.begin(), viewer);
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words)
     arguments.push_back(word.data());
   arguments.push_back(nullptr);

@@ -96,7 +96,8 @@ std::string caption(const std::string& file, const DatasetInfo& info, const Sett
   text += "\nachieved: " + achieved(info, settings, frame);
   text += "\n" + grouped(frame.tets) + " of " + grouped(info.tets) + " tets (" +
           percent(static_cast<double>(frame.tets), static_cast<double>(info.tets)) + ")\n" +
-          milliseconds(frame.cut_ms) + " for the cut, " + milliseconds(frame.geometry_ms) + " for what is drawn";
+          milliseconds(frame.cut_ms) + (frame.has_read ? " for the cut and reading, " : " for the cut, ") +
+          milliseconds(frame.geometry_ms) + " for what is drawn";
   if (!frame.is_complete) text += frame.limited_by == LimitedBy::kLoading ? "\nloading ..." : "\nrefining ...";
   if (!frame.failure.empty()) text += "\ncoarser where the file is damaged: " + frame.failure;
   return text;

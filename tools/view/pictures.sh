@@ -13,15 +13,19 @@ out=${2:-pictures}
 program=build/ptet
 
 mkdir -p "$out"
-"$program" build "$mesh" -o "$out/bluntfin.ptet" --field Density --method QN --evaluate vertices
+[[ -s $out/bluntfin.ptet ]] || "$program" build "$mesh" -o "$out/bluntfin.ptet" --field Density --method QN --evaluate vertices
 
-# The fin stands at the left of the far side (small x, small y); the shock before it is where Density changes.
-focus=sphere:-0.4,0,1.2,1.6
-camera=eye=-6,-19,8:at=1.6,1,2.1:angle=24
-common=(--error none --focus "$focus" --colour Density --range 0.2..2.5 --camera "$camera" --size 1600x1000)
-"$program" view "$out/bluntfin.ptet" "${common[@]}" --show surface --screenshot "$out/focus.png"
-"$program" view "$out/bluntfin.ptet" "${common[@]}" --show cells --plane -y:0.7 --screenshot "$out/cells.png"
-"$program" view "$out/bluntfin.ptet" "${common[@]}" --show slice --plane y:0.4 --split --screenshot "$out/split.png"
-"$program" view "$out/bluntfin.ptet" "${common[@]}" --show cells --plane -y:0.7 --colour level \
-  --screenshot "$out/level.png"
-echo "$out/focus.png $out/cells.png $out/split.png $out/level.png"
+# The flow comes from the left, in front of the blunt fin the density is highest: red. Behind that the box.
+common=(--error none --focus "box:1,0,1,4,2.2,4" --range 0.2..2.5 --size 1600x1000)
+near="eye=-5,-20,9:at=3,1,2.4:angle=27"
+far="eye=1,-26,10:at=3,1,2.4:angle=40"
+picture() {
+  local name=$1
+  shift
+  "$program" view "$out/bluntfin.ptet" "${common[@]}" "$@" --screenshot "$out/$name.png"
+  echo "$out/$name.png"
+}
+picture focus --colour Density --camera "$near" --show cells --plane -y:1
+picture surface --colour Density --camera "$near" --show surface
+picture split --colour Density --camera "$far" --show slice --plane y:1 --split
+picture level --camera "$near" --show cells --plane -y:1 --colour level

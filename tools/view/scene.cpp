@@ -25,7 +25,10 @@ bool shows_alike(const Settings& a, const Settings& b) {
 }
 
 void collect_cells(const MeshRows& mesh, std::vector<std::uint32_t>& row, Cells& out) {
-  out = {};
+  out.points.clear();
+  out.point_values.clear();
+  out.cell_values.clear();
+  out.tets.clear();
   row.assign(mesh.positions.size(), kUnusedRow);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     const auto& tet = mesh.tets[t];
@@ -94,6 +97,7 @@ std::vector<double> levels_of_tets(const Dataset& dataset, const std::vector<Rec
 Scene::Scene(std::shared_ptr<const Dataset> dataset) : dataset_(dataset), session_(std::move(dataset)) {}
 
 const Frame& Scene::step(const Settings& settings, std::optional<double> max_ms) {
+  const std::uint64_t bytes_before = bytes_read();
   const auto begin = Clock::now();
   Request request = request_of(settings);
   request.max_milliseconds = max_ms;
@@ -121,9 +125,16 @@ const Frame& Scene::step(const Settings& settings, std::optional<double> max_ms)
   last_ = settings;
   if (!is_same) {
     frame_.cut_ms = cut_ms;
+    frame_.has_read = bytes_read() != bytes_before;
     frame_.geometry_ms = ms_since(geometry_begin);
   }
   return frame_;
+}
+
+std::uint64_t Scene::bytes_read() const {
+  const Hierarchy& hierarchy = dataset_->impl().hierarchy;
+  const auto lock = hierarchy.lock();
+  return hierarchy.bytes_read();
 }
 
 void Scene::colour_tets(const Settings& settings) {

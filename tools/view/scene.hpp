@@ -77,6 +77,7 @@ struct Frame {
   ErrorCode failure_code = ErrorCode::kCorruptFile;
   double cut_ms = 0;      ///< wall time of Session::update in the last step that changed anything
   double geometry_ms = 0; ///< and of what followed
+  bool has_read = false;  ///< blocks were read or decoded in that time
 };
 
 class Scene {
@@ -95,6 +96,7 @@ public:
   [[nodiscard]] const ShownMesh& mesh() const { return mesh_; }
 
 private:
+  [[nodiscard]] std::uint64_t bytes_read() const;
   void colour_tets(const Settings& settings);
   void make_geometry(const Settings& settings);
   void describe(const SessionUpdate& update);

@@ -194,7 +194,7 @@ void Viewer::make_overlay() {
   set_look(bar_->GetLabelTextProperty(), 14);
   overlay_->AddActor2D(bar_);
   bar_title_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  bar_title_->SetPosition(0.5, 0.025 + height + 4.0 / look_.height);
+  bar_title_->SetPosition(0.5, 0.025 + height - 10.0 / look_.height);
   set_look(bar_title_->GetTextProperty(), 16);
   bar_title_->GetTextProperty()->SetJustificationToCentered();
   overlay_->AddActor2D(bar_title_);
@@ -363,6 +363,9 @@ void Viewer::refresh() {
     if (look_.text)
       right_panel_.set_title("the original" + std::string(original_->frame().is_complete ? "" : ", loading ..."));
   }
+  constexpr double kMostLevels = 12;
+  const bool by_level = settings_.colour.kind == ColourKind::kLevel && shown_range_.most <= kMostLevels;
+  bar_->SetNumberOfLabels(by_level ? 1 + static_cast<int>(shown_range_.most) : 5);
   bar_title_->SetInput(name_of(settings_.colour, dataset_->info()).c_str());
   set_sliders();
   left_->ResetCameraClippingRange();

@@ -53,6 +53,7 @@ VirtualDisplay::VirtualDisplay() {
   std::vector<std::string> words = {"Xvfb",         "-displayfd", "1",   "-screen", "0",
                                     "1280x1024x24", "-nolisten",  "tcp", "-noreset"};
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words)
     arguments.push_back(word.data());
   arguments.push_back(nullptr);
