@@ -171,6 +171,11 @@ Viewer::~Viewer() {
         static_cast<vtkAbstractWidget*>(place_slider_.GetPointer()), static_cast<vtkAbstractWidget*>(box_.GetPointer()),
         static_cast<vtkAbstractWidget*>(sphere_.GetPointer())})
     if (widget != nullptr) widget->SetInteractor(nullptr);
+  if (interactor_ == nullptr) return;
+  // Window and interactor hold each other.
+  interactor_->SetInteractorStyle(nullptr);
+  window_->SetInteractor(nullptr);
+  interactor_->SetRenderWindow(nullptr);
 }
 
 vtkRenderWindow& Viewer::window() const {

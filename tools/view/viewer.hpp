@@ -8,7 +8,8 @@
 //   |__--o-----__[scalar bar]__----o---__|
 //      error bound          plane or isovalue
 //
-// Thread rule: one thread, the one that opened the display.
+// Thread rule: one thread, the one that opened the display. interact() is for a process that had no other viewer with a
+// screen before (a fault of VTK 9.1's event loop).
 #pragma once
 
 #include "keys.hpp"
