@@ -206,7 +206,7 @@ void Dump::annotate_blocks() {
     const BlockInfo& info = rows_[b].info;
     out_ << "block " << b << '\n';
     auto in = part(info.offset, info.stored_bytes, "block", printer(' '));
-    static_cast<void>(parse_runs(in, info.record_count));
+    static_cast<void>(parse_runs(in, info.record_count, reader_.header().record_count));
     static_cast<void>(parse_others(in, static_cast<std::uint32_t>(b), reader_.blocks()));
     const std::size_t left = in.remaining();
     if (left > 0) put_range(out_, ' ', info.offset + in.position(), range(info.offset + in.position(), left), "coded:");

@@ -327,14 +327,15 @@ std::vector<Tet> parse_base(ByteReader& in, const Header& header, PointArray& po
   return tets;
 }
 
-std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count) {
+std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count, std::uint32_t file_records) {
   std::vector<std::uint32_t> generations;
   std::uint64_t generation = 0;
   while (generations.size() < record_count) {
-    generation += in.get_count("generation", 0xFFFFFFFE - generation) + (generations.empty() ? 0 : 1);
+    generation += in.get_count("generation", file_records - generation) + (generations.empty() ? 0 : 1);
     const std::uint64_t count = in.get_count("records of a generation", record_count - generations.size());
     if (count == 0) in.fail("a generation has no record");
-    if (generation >= 0xFFFFFFFE) in.fail("generation is out of range");
+    // Whoever sorts by it may count on this.
+    if (generation >= file_records) in.fail("generation is out of range");
     generations.insert(generations.end(), count, static_cast<std::uint32_t>(generation));
   }
   return generations;

@@ -95,8 +95,10 @@ struct OtherParents {
 /// The base mesh into the first rows of `positions` and `arrays`; returns the tets.
 [[nodiscard]] std::vector<Tet> parse_base(ByteReader& in, const Header& header, PointArray& positions,
                                           std::vector<PointArray>& arrays);
-/// The runs at the start of a block: how many records of which generation. Returns generations in order of records.
-[[nodiscard]] std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count);
+/// The runs at the start of a block of `record_count` records: how many of which generation, each less than the number
+/// of records of the file. Returns generations in order of records.
+[[nodiscard]] std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count,
+                                                    std::uint32_t file_records);
 /// The dependencies that follow the runs: for records of a block what they need besides the makers of C(r).
 [[nodiscard]] OtherParents parse_others(ByteReader& in, std::uint32_t block, std::span<const BlockInfo> blocks);
 

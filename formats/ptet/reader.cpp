@@ -428,7 +428,7 @@ Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) 
     at_block(fetched.block, [&] {
       const BlockInfo& info = blocks_[fetched.block];
       ByteReader in(fetched.bytes, "block", info.offset);
-      const auto generations = parse_runs(in, info.record_count);
+      const auto generations = parse_runs(in, info.record_count, header_.record_count);
       std::copy(generations.begin(), generations.end(), content.generation.begin() + info.first_record);
       auto& runs = batching->runs;
       for (std::uint32_t i = 0; i < info.record_count; ++i) {

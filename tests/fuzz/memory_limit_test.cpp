@@ -3,7 +3,7 @@
 #include "formats/ptet/layout.hpp"
 #include "fuzz/mutate_file.hpp"
 #include "fuzz/sample_files.hpp"
-#include "ptet/dataset.hpp"
+#include "ptet/session.hpp"
 #include "support/counted_memory.hpp"
 #include "support/file_parts.hpp"
 
@@ -36,6 +36,10 @@ void check(const Bytes& bytes, const std::string& what) {
     try {
       const auto data = Dataset::open_memory(std::move(copy), options);
       static_cast<void>(data->extract({}));
+      Session session(data);
+      Request request;
+      request.max_tets = data->info().tets / 2;
+      static_cast<void>(session.update(request));
     } catch (const Error& error) {
       ++refused;
       if (error.code() != ErrorCode::kLimit && error.code() != ErrorCode::kCorruptFile) {
@@ -173,6 +177,35 @@ void grow_table(const Bytes& sample) {
   }
 }
 
+/// The last run of a block is of a generation that is far from all others.
+void grow_generations(const Bytes& sample) {
+  for (const std::uint64_t generation :
+       {std::uint64_t{1} << 20, std::uint64_t{1} << 28, (std::uint64_t{1} << 32) - 1000}) {
+    FileParts parts(sample);
+    auto rows = parts.rows();
+    file::BlockInfo& info = rows.back().info;
+    Bytes& all = parts.of(file::SectionKind::kBlocks);
+    const Bytes block(all.begin() + static_cast<std::ptrdiff_t>(info.offset), all.end());
+    file::ByteReader in(block, "block", 0);
+    std::size_t begin = 0, end = 0;
+    for (std::uint64_t records = 0; records < info.record_count;) {
+      begin = in.position();
+      static_cast<void>(in.get_varint("generation"));
+      end = in.position();
+      records += in.get_varint("count");
+    }
+    file::ByteWriter out;
+    out.put_bytes(std::span(all).first(info.offset + begin));
+    out.put_varint(generation);
+    out.put_bytes(std::span(block).subspan(end));
+    all = out.take();
+    info.stored_bytes = all.size() - info.offset;
+    parts.set_rows(rows);
+    parts.mend_blocks();
+    check(parts.join(), "generation " + std::to_string(generation));
+  }
+}
+
 void mutate(const std::vector<Bytes>& samples) {
   fuzz::Mutator mutator;
   mutator.change = [&](Bytes& bytes, std::size_t most) { fuzz::change_bytes(bytes, most, mutator.random); };
@@ -194,6 +227,7 @@ int main() {
     grow_base(sample);
     grow_texts(sample);
     grow_table(sample);
+    grow_generations(sample);
   }
   mutate(samples);
   std::printf("%zu files opened, %zu refused, at most %zu KiB beyond the limit\n", files, refused, worst_beyond / 1024);

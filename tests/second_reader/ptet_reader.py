@@ -202,7 +202,7 @@ class PtetFile:
         runs, block.other_parents, r, generation = [], defaultdict(list), block.first, -1
         while r < block.records.stop:
             generation, count = generation + 1 + data.varint(), data.varint(block.records.stop - r)
-            require(count >= 1 and generation < 2**32 - 2, "a run")
+            require(count >= 1 and generation < self.record_count, "a run")
             runs.append((generation, block.number, range(r, r + count)))
             r += count
         r, homes = block.first - 1, [block, *(self.blocks[number] for number in block.needs)]

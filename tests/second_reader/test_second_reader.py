@@ -361,6 +361,7 @@ VIOLATIONS = {
     "squared error out of range": in_row("d", 62, math.inf),
     "block that needs itself": in_row("H", 70, 0x0001),
     "generation": in_section("blocks", "B", 0, 5),
+    "generation of no record": in_section("blocks", "B", 0, 127),
     "run without records": in_section("blocks", "B", 1, 0),
     **{f"byte behind the end of the {name}": lambda parts, name=name: parts[name].append(0)
        for name in ("arrays", "model", "base", "manifest", "table", "blocks")},
