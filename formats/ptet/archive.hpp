@@ -3,13 +3,17 @@
 // no Boost library is linked.
 //
 //   unsigned number   varint (7 bits a byte, low ones first)
+//   float, double     its bits, 4 or 8 bytes
+//   bool, char        a byte
 //   string            varint length, bytes
 //   vector            varint count, elements
+//   array             elements
 //   class, pair       its members in the order of its serialize()
 #pragma once
 
 #include "formats/ptet/bytes.hpp"
 
+#include <array>
 #include <concepts>
 
 #include <boost/mpl/bool.hpp>
@@ -38,9 +42,11 @@ public:
 
 private:
   template <std::unsigned_integral T>
-  void save(const T& value) {
-    out_.put_varint(value);
-  }
+  requires(!std::same_as<T, bool> && !std::same_as<T, char>) void save(const T& value) { out_.put_varint(value); }
+  void save(bool value) { out_.put(static_cast<std::uint8_t>(value)); }
+  void save(char value) { out_.put(static_cast<std::uint8_t>(value)); }
+  void save(float value) { out_.put(std::bit_cast<std::uint32_t>(value)); }
+  void save(double value) { out_.put(value); }
   void save(const std::string& text) {
     out_.put_varint(text.size());
     out_.put_text(text);
@@ -48,6 +54,11 @@ private:
   template <class T>
   void save(const std::vector<T>& values) {
     out_.put_varint(values.size());
+    for (const T& value : values)
+      save(value);
+  }
+  template <class T, std::size_t N>
+  void save(const std::array<T, N>& values) {
     for (const T& value : values)
       save(value);
   }
@@ -81,14 +92,23 @@ public:
 
 private:
   template <std::unsigned_integral T>
-  void load(T& value) {
+  requires(!std::same_as<T, bool> && !std::same_as<T, char>) void load(T& value) {
     value = static_cast<T>(in_.get_count("number", std::numeric_limits<T>::max()));
   }
+  void load(bool& value) { value = in_.get<std::uint8_t>("truth value") != 0; }
+  void load(char& value) { value = static_cast<char>(in_.get<std::uint8_t>("byte")); }
+  void load(float& value) { value = std::bit_cast<float>(in_.get<std::uint32_t>("number")); }
+  void load(double& value) { value = in_.get<double>("number"); }
   void load(std::string& text) { text = in_.get_text(in_.get_count("length of text", in_.remaining()), "text"); }
   template <class T>
   void load(std::vector<T>& values) {
     // Every element takes a byte at least.
     values.resize(in_.get_count("number of elements", in_.remaining()));
+    for (T& value : values)
+      load(value);
+  }
+  template <class T, std::size_t N>
+  void load(std::array<T, N>& values) {
     for (T& value : values)
       load(value);
   }

@@ -3,8 +3,10 @@
 #include "build/boundary_surface.hpp"
 #include "build/candidates.hpp"
 #include "build/certify.hpp"
+#include "build/checkpoint.hpp"
 #include "build/collapse_cost.hpp"
 #include "build/cut_conflicts.hpp"
+#include "build/describe_options.hpp"
 #include "build/field_samples.hpp"
 #include "build/gradient_predictor.hpp"
 #include "build/local_predictor.hpp"
@@ -28,6 +30,7 @@
 #include <numeric>
 #include <optional>
 #include <type_traits>
+#include <utility>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -40,6 +43,8 @@ namespace ptet::build {
 namespace {
 
 constexpr unsigned kMostThreads = 1024;
+/// Collapses made again between two reports of progress.
+constexpr std::size_t kReplayBatch = 4096;
 /// Without thresholds from the user, a domain error of this fraction of the diagonal weighs as much as a field error
 /// of the whole range.
 constexpr double kDomainPerField = 1;
@@ -112,8 +117,8 @@ class Builder {
 public:
   Builder(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
           const ProgressCallback& progress)
-      : prepared_(prepared), options_(options), report_(report), progress_(progress), frozen_(prepared.frozen),
-        diagonal_(diagonal_of(prepared)), fields_(prepared, options.fields),
+      : prepared_(prepared), options_(options), report_(report), progress_(progress), checkpoints_(options.checkpoint),
+        frozen_(prepared.frozen), diagonal_(diagonal_of(prepared)), fields_(prepared, options.fields),
         field_limit_(field_limits(prepared, fields_, options.max_field_error)),
         domain_limit_(options.max_domain_error.absolute(diagonal_)),
         complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
@@ -161,12 +166,22 @@ public:
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(threads));
     oneapi::tbb::task_arena arena(threads);
-    report_.collapse_seconds = seconds_of([&] { arena.execute([&] { collapse_all(); }); });
-    report_.simulations = candidates_->simulations();
+    if (checkpoints_.enabled()) identify();
+    if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { arena.execute([&] { resume(); }); });
+    if (!collapsed_) {
+      report_.collapse_seconds = seconds_of([&] { arena.execute([&] { collapse_all(); }); });
+      report_.simulations = candidates_->simulations();
+      collapsed_ = true;
+    }
     candidates_.reset(); // its memory is wanted
     if (options_.evaluation == Evaluation::kExact && !evaluates_exactly())
-      report_.certify_seconds =
-          seconds_of([&] { arena.execute([&] { certify_field_errors(prepared_, fields_, stream_, progress_); }); });
+      report_.certify_seconds = seconds_of([&] {
+        arena.execute([&] {
+          certify_field_errors(
+              prepared_, fields_, stream_, [this](const Progress& p) { return go_on(p); }, &certified_);
+        });
+      });
+    if (checkpoints_.enabled()) save(); // what follows takes little time, and is not kept
     arena.execute([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, stream_, progress_); });
     finish_report();
     return std::move(stream_);
@@ -221,16 +236,15 @@ private:
   }
 
   void collapse_all() {
-    bool swept = true; // nothing was accepted since every vertex was looked at afresh
     while (alive_count_ > target_count_) {
       ++round_;
       candidates_->predict(round_, [this] { tell_progress(); });
       const auto picked = candidates_->pick();
       if (picked.empty()) {
-        if (swept) break;
+        if (swept_) break;
         // Refusals may have lost their reason by collapses near by: look at everything once more.
         candidates_->forget_all();
-        swept = true;
+        swept_ = true;
         before_sweep_ = refusals();
         continue;
       }
@@ -240,7 +254,7 @@ private:
       else
         take_predicted(picked);
       if (stream_.size() != before) {
-        swept = false;
+        swept_ = false;
         ++report_.rounds;
         report_.walk.push_back({vertices_left(), candidates_->round_cost()});
       }
@@ -279,10 +293,101 @@ private:
   }
 
   void tell_progress() {
-    if (!progress_) return;
     const std::uint64_t total = prepared_.used_vertex_count - std::min(target_count_, prepared_.used_vertex_count);
-    if (!progress_({"collapsing", stream_.size(), total}))
-      throw Error(ErrorCode::kCancelled, "the build was cancelled");
+    if (!go_on({"collapsing", stream_.size(), total})) throw Error(ErrorCode::kCancelled, "the build was cancelled");
+  }
+
+  // ---- checkpoints, between rounds and between batches of certified records ----
+
+  /// What the caller says to this progress. Keeps a checkpoint when it is time, and before stopping.
+  bool go_on(const Progress& progress) {
+    const bool goes_on = !progress_ || progress_(progress);
+    if (checkpoints_.due() || (checkpoints_.enabled() && !goes_on)) save();
+    return goes_on;
+  }
+
+  void identify() { identity_ = identity_of(prepared_.mesh, describe_options(options_, prepared_, fields_.fields())); }
+
+  void save() {
+    checkpoints_.write(
+        identity_,
+        [&](file::OutputArchive& archive) {
+          serialize_records(archive, stream_);
+          serialize_rest(archive);
+        },
+        report_);
+  }
+
+  void resume() {
+    StoredState stored(options_.checkpoint.path, identity_);
+    RecordStream decided;
+    serialize_records(stored.archive(), decided);
+    if (const std::string wrong = replay(decided); !wrong.empty()) stored.refuse(wrong);
+    serialize_rest(stored.archive());
+    stored.finish();
+    report_.resumed_records = stream_.size();
+  }
+
+  /// The collapses, and what the records say that making them again does not.
+  template <class Archive>
+  static void serialize_records(Archive& archive, RecordStream& records) {
+    archive& records.removed& records.target& records.round& records.field_error& records.domain_error& records
+        .squared_error;
+  }
+
+  /// All else that lasts from one round to the next and does not come back with the collapses.
+  template <class Archive>
+  void serialize_rest(Archive& archive) {
+    archive& round_& swept_& collapsed_& certified_& before_sweep_;
+    archive& report_.collapses& report_.rounds& report_.walk& report_.stopped_by& report_.simulations& report_
+        .exact_evaluations;
+    if (collapsed_) return;
+    serialize_sparse(archive, slot_squared_);
+    archive&* candidates_;
+  }
+
+  /// Makes the collapses of `decided` once more. Returns what does not fit, or nothing.
+  [[nodiscard]] std::string replay(const RecordStream& decided) {
+    const std::size_t count = decided.removed.size();
+    const std::size_t fields = fields_.field_count();
+    if (decided.target.size() != count || decided.round.size() != count || decided.domain_error.size() != count ||
+        decided.field_error.size() != count * fields ||
+        (!decided.squared_error.empty() && decided.squared_error.size() != count * fields))
+      return "its tables differ in length";
+    record_errors_.assign(fields, 0.0);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i % kReplayBatch == 0 && progress_ && !progress_({"going on from the checkpoint", i, count}))
+        throw Error(ErrorCode::kCancelled, "the build was cancelled");
+      round_ = decided.round[i];
+      if (!collapse_again(decided.removed[i].index(), decided.target[i].index()))
+        return "collapse " + std::to_string(i) + " is not possible";
+      if (stream_.domain_error.back() != decided.domain_error[i])
+        return "collapse " + std::to_string(i) + " has another domain error here";
+    }
+    stream_.field_error = decided.field_error;
+    stream_.squared_error = decided.squared_error;
+    return {};
+  }
+
+  /// A collapse that was accepted before: nothing is asked that only refuses. False when it cannot be.
+  bool collapse_again(Vertex vs, Vertex vd) {
+    const std::uint32_t vertices = complex_.vertex_count();
+    if (vs >= vertices || vd >= vertices || vs == vd || !complex_.alive(vs) || !complex_.alive(vd)) return false;
+    Trial& trial = candidates_->trial();
+    const CollapseCheck& check = trial.check();
+    if (trial.examine(vs, vd) != CollapseStatus::kAccepted || check.deleted().empty()) return false;
+    double domain_error = 0;
+    if (check.moves_boundary()) {
+      if (!surface_.collapse_ok(vs, vd)) return false;
+      domain_error = surface_.simulate(vs, vd);
+      if (bounds_domain_error()) domain_error = surface_.bound(vs, vd, domain_limit_);
+    }
+    if (options_.evaluation != Evaluation::kNone) trial.simulate();
+    std::uint32_t height = 0;
+    for (const SlotId s : complex_.star(vs))
+      height = std::max(height, complex_.slot(s).height);
+    commit(vs, vd, trial, domain_error, nullptr, height + 1);
+    return true;
   }
 
   /// Takes the collapses of a round by what was predicted of them.
@@ -437,11 +542,12 @@ private:
       domain_error = surface_.bound(vs, vd, domain_limit_);
       if (domain_error > domain_limit_) return CollapseStatus::kDomainError;
     }
-    commit(vs, vd, trial, domain_error, measured);
+    commit(vs, vd, trial, domain_error, measured, candidates_->height(vs) + 1);
     return CollapseStatus::kAccepted;
   }
 
-  void commit(Vertex vs, Vertex vd, const Trial& trial, double domain_error, const Verdict* measured) {
+  void commit(Vertex vs, Vertex vd, const Trial& trial, double domain_error, const Verdict* measured,
+              std::uint32_t height) {
     const CollapseCheck& check = trial.check();
     const auto deleted = check.deleted();
     const auto modified = check.modified();
@@ -467,7 +573,6 @@ private:
     stream_.fine_begin.push_back(stream_.fine.size());
     stream_.modified_count.push_back(static_cast<std::uint16_t>(modified.size()));
     stream_.coarse_begin.push_back(VersionId{static_cast<std::uint32_t>(stream_.versions.size())});
-    const std::uint32_t height = candidates_->height(vs) + 1;
     for (std::size_t m = 0; m < modified.size(); ++m) {
       Slot& slot = complex_.slot(modified[m]);
       slot.version = static_cast<std::uint32_t>(stream_.versions.size());
@@ -492,7 +597,7 @@ private:
     for (std::size_t f = 0; f < fields; ++f) {
       double change = 0;
       for (const SlotId s : deleted)
-        change -= slot_squared_[s * fields + f];
+        change -= std::exchange(slot_squared_[s * fields + f], 0.0);
       for (std::size_t m = 0; m < modified.size(); ++m) {
         double& squared = slot_squared_[modified[m] * fields + f];
         change += integrals[m * fields + f] - squared;
@@ -546,6 +651,8 @@ private:
   const BuildOptions& options_;
   BuildReport& report_;
   const ProgressCallback& progress_;
+  CheckpointWriter checkpoints_;
+  BuildIdentity identity_; ///< where there are checkpoints
   std::vector<char> frozen_;
   double diagonal_;
   NormalizedFields fields_;
@@ -563,6 +670,9 @@ private:
   std::uint32_t alive_count_;
   std::uint32_t target_count_ = 0;
   std::uint32_t round_ = 0;
+  bool swept_ = true;           ///< nothing was accepted since every vertex was looked at afresh
+  bool collapsed_ = false;      ///< no more collapses follow
+  std::uint64_t certified_ = 0; ///< records whose field errors have been measured after the collapses
   StatusCounts before_sweep_{}; ///< refusals when the last sweep began
   std::vector<double> squared_scale_;
   double vertex_volume_ = 0;          ///< of an average vertex
@@ -584,6 +694,7 @@ void check_options(const BuildOptions& options) {
           "a prediction that measures everywhere goes with an evaluation that does");
   require(options.prediction != Prediction::kSimulate || options.evaluation != Evaluation::kNone,
           "what is simulated is seen at removed vertices at least: an evaluation is needed");
+  require(options.checkpoint.every_seconds >= 0, "the seconds between checkpoints must be a number >= 0");
   require(options.max_domain_error.value >= 0, "the limit on domain error must be a number >= 0");
 }
 

@@ -27,6 +27,11 @@ struct HalfEdge {
   float cost = std::numeric_limits<float>::infinity();
   Vertex target = kNone;
   friend auto operator<=>(const HalfEdge&, const HalfEdge&) = default;
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned /*version*/) {
+    archive& cost& target;
+  }
 };
 
 /// How often each thing became of a half-edge that was looked at.
@@ -67,6 +72,23 @@ public:
   [[nodiscard]] StatusCounts refusals() const;
   [[nodiscard]] std::uint64_t simulations() const;
 
+  /// All that lasts from one round to the next and is not told by the complex, which must be the same when it is loaded
+  /// as it was when it was saved.
+  template <class Archive>
+  void serialize(Archive& archive, unsigned /*version*/) {
+    std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
+    for (const Vertex v : movable_)
+      archive& pages_[v] & dirty_[v];
+    StatusCounts refused = refusals();
+    std::uint64_t simulated = simulations();
+    archive& used_up_& round_cost_& refused& simulated;
+    if constexpr (Archive::is_loading::value) {
+      Worker& worker = workers_.local();
+      worker.refusals = refused;
+      worker.simulations = simulated;
+    }
+  }
+
 private:
   static constexpr std::size_t kPage = 3;
   /// Of these where they are measured: simulating a third for every star that changes gains nothing.
@@ -78,6 +100,11 @@ private:
     std::uint32_t height = 0;
     std::uint32_t failures = 0;     ///< how often every half-edge was refused
     std::uint32_t resume_round = 0; ///< not looked at again before this round, unless nothing else is left
+
+    template <class Archive>
+    void serialize(Archive& archive, unsigned /*version*/) {
+      archive& best& floor& height& failures& resume_round;
+    }
   };
   struct Worker {
     Worker(Trial its_trial, std::size_t vertices) : trial(std::move(its_trial)), mark(vertices + 1) {}

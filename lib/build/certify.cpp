@@ -72,10 +72,12 @@ std::vector<double> squared_scales(const NormalizedFields& fields, double volume
 }
 
 void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& fields, RecordStream& records,
-                          const ProgressCallback& progress) {
+                          const ProgressCallback& progress, std::uint64_t* certified_before) {
+  std::uint64_t none = 0;
+  std::uint64_t& done = certified_before != nullptr ? *certified_before : none;
   records.volume = volume_of(prepared);
   const std::size_t field_count = fields.field_count();
-  records.squared_error.assign(records.size() * field_count, 0.0);
+  if (done == 0) records.squared_error.assign(records.size() * field_count, 0.0);
   if (field_count == 0 || records.size() == 0) return;
   const ExactFieldError exact(prepared, fields.view());
   oneapi::tbb::enumerable_thread_specific<ExactFieldError::Workspace> workspaces(
@@ -111,7 +113,8 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
           records.squared_error[by * field_count + f] -= integral;
       }
   };
-  for (std::size_t begin = 0; begin < records.size(); begin += kBatch) {
+  while (done < records.size()) {
+    const std::size_t begin = done;
     if (progress && !progress({"certifying errors", begin, records.size()}))
       throw Error(ErrorCode::kCancelled, "the build was cancelled");
     const std::size_t end = std::min(begin + kBatch, records.size());
@@ -124,6 +127,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
     });
     for (std::size_t record = begin; record != end; ++record)
       add_up(record, first);
+    done = end;
   }
 }
 

@@ -30,8 +30,10 @@ inline constexpr double kRoundingSlack = 1e-13;
 /// What was seen at removed vertices that lie outside of the simplified domain stays in them.
 /// Sets the squared errors, exact but for rounding, and the volume of the stream. The squared errors of a field whose
 /// squares a double cannot hold in the units of the field stay 0: not measured.
+/// `certified`, when not null: how many records have been certified before, in the same stream; kept up to date, and
+/// the stream with it, whenever `progress` is called.
 /// Runs in the caller's task arena. Throws Error(kCancelled).
 void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& fields, RecordStream& records,
-                          const ProgressCallback& progress);
+                          const ProgressCallback& progress, std::uint64_t* certified = nullptr);
 
 } // namespace ptet::build

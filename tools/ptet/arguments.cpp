@@ -156,6 +156,18 @@ std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
   return parse_whole(option, text, 0, std::uint64_t{1} << 53);
 }
 
+double parse_duration(std::string_view option, std::string_view text) {
+  std::string_view number = text;
+  double unit = 1;
+  if (!text.empty() && (text.back() == 's' || text.back() == 'm' || text.back() == 'h')) {
+    unit = text.back() == 's' ? 1 : text.back() == 'm' ? 60 : 3600;
+    number.remove_suffix(1);
+  }
+  const auto value = finite(number);
+  if (!value || std::signbit(*value)) refuse(option, text, "a time such as 90s, 5m or 1h is wanted");
+  return *value * unit;
+}
+
 Region parse_region(std::string_view option, std::string_view text) {
   const std::size_t colon = text.find(':');
   const std::string_view shape = text.substr(0, colon);

@@ -4,6 +4,7 @@
 //   bounds   bound | NAME=bound, ...       for every governing field | for one; an entry may follow after a comma
 //   count    N | N%                        so many | percent of the original's
 //   size     N | NkB | NMB | NGB           bytes, in thousands
+//   time     N | Ns | Nm | Nh              seconds, minutes, hours
 //   region   box:x0,y0,z0,x1,y1,z1 | sphere:x,y,z,r | half:nx,ny,nz,d | obox:x,y,z,ax,ay,az,bx,by,bz,h
 //   values   FIELD=V | FIELD=MIN..MAX      either end may be left out
 //   view     eye=x,y,z:at=x,y,z[:up=x,y,z][:angle=DEGREES][:size=WxH]
@@ -42,6 +43,8 @@ struct Count {
 /// At most 100%.
 [[nodiscard]] Count parse_count(std::string_view option, std::string_view text);
 [[nodiscard]] std::uint64_t parse_bytes(std::string_view option, std::string_view text);
+/// Seconds.
+[[nodiscard]] double parse_duration(std::string_view option, std::string_view text);
 [[nodiscard]] Region parse_region(std::string_view option, std::string_view text);
 /// FIELD=V
 [[nodiscard]] ValuesOfInterest parse_isovalue(std::string_view option, std::string_view text);

@@ -32,6 +32,9 @@ struct Arguments {
   std::optional<std::string> objective;
   std::optional<std::string> max_star;
   std::optional<std::string> threads;
+  std::optional<std::string> checkpoint;
+  std::optional<std::string> checkpoint_every;
+  bool resume = false;
   bool force = false;
   bool json = false;
   bool quiet = false;
@@ -130,6 +133,14 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.threads) {
     wishes.options.threads = static_cast<unsigned>(parse_whole("--threads", *arguments.threads, 0, 1024));
   }
+  if (arguments.checkpoint_every) {
+    wishes.options.checkpoint.every_seconds = parse_duration("--checkpoint-every", *arguments.checkpoint_every);
+  }
+  wishes.options.checkpoint.resume = arguments.resume;
+  if (!arguments.checkpoint && (arguments.checkpoint_every || arguments.resume)) {
+    throw Error(ErrorCode::kBadArgument,
+                std::string(arguments.resume ? "--resume" : "--checkpoint-every") + ": it goes with --checkpoint FILE");
+  }
   return wishes;
 }
 
@@ -168,6 +179,25 @@ std::string output_of(const Arguments& arguments) {
   return target;
 }
 
+/// Looked at before the mesh is read, which may take long.
+std::string checkpoint_of(const Arguments& arguments, const std::string& output) {
+  if (!arguments.checkpoint) return {};
+  const std::string& given = *arguments.checkpoint;
+  const std::string path = checked_output(given, arguments.input);
+  if (path == output) throw Error(ErrorCode::kBadArgument, "--checkpoint '" + given + "': this is the output file");
+  std::error_code status;
+  const bool exists = std::filesystem::exists(path, status);
+  if (exists && !arguments.resume) {
+    throw Error(ErrorCode::kBadArgument, "--checkpoint '" + given +
+                                             "': it is there already; go on from it with --resume, or remove it to "
+                                             "begin anew");
+  }
+  if (!exists && arguments.resume) {
+    throw Error(ErrorCode::kIo, "--resume: there is no checkpoint '" + given + "'; without --resume the build begins");
+  }
+  return path;
+}
+
 /// Everything there is to say after a build.
 struct Outcome {
   std::string input, output;
@@ -178,8 +208,10 @@ struct Outcome {
   DatasetInfo info;
 };
 
+/// Of those that this run searched for.
 double collapses_per_second(const BuildReport& report) {
-  return report.collapse_seconds > 0 ? static_cast<double>(report.records) / report.collapse_seconds : 0;
+  const auto found = static_cast<double>(report.records - report.resumed_records);
+  return report.collapse_seconds > 0 ? found / report.collapse_seconds : 0;
 }
 
 bool simulates(const BuildOptions& options) {
@@ -255,6 +287,10 @@ void print_json(const Outcome& outcome) {
   json["certify_seconds"] = build.certify_seconds;
   json["collapses_per_second"] = collapses_per_second(build);
   json["seconds"] = build.total_seconds;
+  json["resumed_records"] = build.resumed_records;
+  json["resume_seconds"] = build.resume_seconds;
+  json["checkpoints"] = {
+      {"written", build.checkpoints}, {"bytes", build.checkpoint_bytes}, {"seconds", build.checkpoint_seconds}};
   print(json);
 }
 
@@ -297,8 +333,15 @@ void print_text(const Outcome& outcome) {
   out << "  file      " << counted(build.file_bytes, "byte") << ", "
       << brief(per(build.file_bytes, build.input_vertices), 3) << " a vertex, "
       << brief(per(build.file_bytes, outcome.input_bytes), 3) << " of the input file\n";
-  out << "  speed     " << counted(build.records, "collapse") << " in " << brief(build.collapse_seconds, 3) << " s, "
-      << grouped(static_cast<std::uint64_t>(collapses_per_second(build))) << "/s\n";
+  if (options.checkpoint.resume)
+    out << "  resumed   after " << counted(build.resumed_records, "collapse") << ", made again in "
+        << brief(build.resume_seconds, 3) << " s\n";
+  if (build.checkpoints > 0)
+    out << "  saved     " << counted(build.checkpoints, "checkpoint") << " of up to "
+        << counted(build.checkpoint_bytes, "byte") << " in " << brief(build.checkpoint_seconds, 3) << " s\n";
+  out << "  speed     " << counted(build.records - build.resumed_records, "collapse") << " in "
+      << brief(build.collapse_seconds, 3) << " s, " << grouped(static_cast<std::uint64_t>(collapses_per_second(build)))
+      << "/s\n";
   if (build.certify_seconds > 0)
     out << "  certified exact field errors in " << brief(build.certify_seconds, 3) << " s\n";
 }
@@ -314,18 +357,27 @@ void run(const Arguments& arguments) {
   outcome.input = arguments.input;
   outcome.output = output_of(arguments);
   outcome.input_bytes = size_of_file(arguments.input);
+  const std::string checkpoint = checkpoint_of(arguments, outcome.output);
 
   ProgressLine progress(arguments.quiet);
   progress.stage("reading");
   TetMesh mesh = read_mesh(arguments.input, &outcome.read, progress.callback());
   BuildOptions options = wishes.options;
+  options.checkpoint.path = checkpoint;
   options.max_field_error = resolve_field_bounds("--max-field-error", wishes.max_field_error, names_of(mesh),
                                                  governing_names(mesh, options.fields));
   if (wishes.target) options.target_vertices = static_cast<double>(wishes.target->of(mesh.vertex_count()));
   const std::string hash = hash_file(arguments.input, progress.callback());
   stop_if_interrupted();
-  outcome.build = build_file(std::move(mesh), outcome.output, options,
-                             std::filesystem::path(arguments.input).filename().string(), hash, progress.callback());
+  try {
+    outcome.build = build_file(std::move(mesh), outcome.output, options,
+                               std::filesystem::path(arguments.input).filename().string(), hash, progress.callback());
+  } catch (const Error& error) {
+    std::error_code status;
+    if (error.code() != ErrorCode::kCancelled || !std::filesystem::exists(options.checkpoint.path, status)) throw;
+    throw Interrupted("what was done is in '" + *arguments.checkpoint +
+                      "'; the same command goes on from there with --resume");
+  }
   outcome.options = std::move(options);
   outcome.build.total_seconds = seconds_since(begin); // reading included: it is what the user waited for
   outcome.info = Dataset::open(outcome.output)->info();
@@ -342,10 +394,13 @@ constexpr const char* kExamples = R"(Examples:
   ptet build fire.vtu -o fire.ptet
   ptet build wing.vtu --field pressure --max-domain-error 0.5% --target-vertices 2%
   ptet build wing.vtu --max-field-error pressure=1%,velocity=5% --json > report.json
+  ptet build wing.vtu --checkpoint wing.ckpt --checkpoint-every 10m
+  ptet build wing.vtu --checkpoint wing.ckpt --checkpoint-every 10m --resume
 
 OUT is written beside its final name and renamed when it is whole: after a failure or Ctrl-C there is what was there
 before. X% of a field error is of the field's range, X% of a domain error of the bounding-box diagonal; a plain X is in
-the units of the field or of the mesh. Cells that are not tetrahedra are split into tetrahedra.
+the units of the field or of the mesh. Cells that are not tetrahedra are split into tetrahedra. Go on only from
+checkpoints that you wrote: damage is found, but a forged one is trusted.
 )";
 
 } // namespace
@@ -410,6 +465,19 @@ void add_build(CLI::App& program) {
       ->add_option("--threads", arguments->threads,
                    "worker threads; 0: as many as the machine has (0).\nThe file does not depend on it")
       ->option_text("N");
+  command
+      ->add_option("--checkpoint", arguments->checkpoint,
+                   "keep what was done in FILE from time to time, and on\n"
+                   "Ctrl-C or SIGTERM, to go on from after an\ninterruption; removed when OUT is there")
+      ->option_text("FILE");
+  command
+      ->add_option("--checkpoint-every", arguments->checkpoint_every,
+                   "how often: seconds, or with m or h (5m); in between\nrounds of collapses")
+      ->option_text("N|Ns|Nm|Nh");
+  command->add_flag("--resume", arguments->resume,
+                    "go on from the checkpoint: OUT will be the same, byte\n"
+                    "for byte, as without the interruption. Refused when\n"
+                    "the mesh, the options (but --threads) or the program\nare not those of the checkpoint");
   command->add_flag("--force", arguments->force,
                     "replace OUT even when neither its name nor its contents\nare those of a .ptet file");
   command->add_flag("--json", arguments->json, "the report as one JSON object");

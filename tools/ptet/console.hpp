@@ -36,6 +36,11 @@ void catch_interrupts();
 [[nodiscard]] bool interrupted();
 /// Throws Error(kCancelled) after an interrupt.
 void stop_if_interrupted();
+/// An interrupt that left something of use; the message says what, where it is otherwise said that there is nothing.
+class Interrupted : public Error {
+public:
+  explicit Interrupted(const std::string& left) : Error(ErrorCode::kCancelled, left) {}
+};
 
 /// One line on a terminal, rewritten in place with stage, share done, rate and remaining time; erased at the end.
 /// Silent where standard error is no terminal.

@@ -27,9 +27,9 @@ constexpr const char* kFooter = R"(Examples:
   ptet help extract
 
 Exit codes: 0 done; 2 usage; 3 bad input (mesh or field); 4 corrupt file, or verify found something wrong; 5 a limit,
-such as memory; 6 reading or writing failed; 130 interrupted, with nothing left behind (a second Ctrl-C kills at once);
-1 an error inside ptet itself. Errors are one line on standard error; then standard output holds no report, except for
-what verify found.
+such as memory; 6 reading or writing failed; 130 interrupted, with nothing left behind but the checkpoint that a build
+was to keep (a second Ctrl-C kills at once); 1 an error inside ptet itself. Errors are one line on standard error; then
+standard output holds no report, except for what verify found.
 )";
 
 /// A file that is opened must never take the number of a standard stream that is closed.
@@ -124,6 +124,9 @@ int run(CLI::App& program, int argc, char** argv) {
 int guarded_run(CLI::App& program, int argc, char** argv) {
   try {
     return run(program, argc, argv);
+  } catch (const Interrupted& error) {
+    std::cerr << "ptet: interrupted; " << error.what() << '\n';
+    return kExitInterrupted;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kCancelled) {
       std::cerr << "ptet: interrupted; nothing was written\n";

@@ -64,6 +64,20 @@ enum class Objective {
 [[nodiscard]] std::string_view name_of(Evaluation evaluation);
 [[nodiscard]] std::string_view name_of(Objective objective);
 
+/// Where a long build keeps what it has done, to go on from after an interruption. The build that goes on makes the
+/// same file, byte for byte, as one that was not interrupted, on any number of threads. A checkpoint is bound to the
+/// mesh, the options and the program: what is not the same is refused. It is a local file that is trusted: accidents
+/// are found by its hash, but do not go on from one that somebody else may have made.
+struct CheckpointOptions {
+  /// The file, written whole or not at all; empty: none. Removed by build_file() once its own file is there.
+  std::string path;
+  /// A checkpoint is written between two rounds of collapses, or two batches of certified records, when at least so
+  /// many seconds have passed since the last one; besides when the collapses are done, and when the build is cancelled.
+  double every_seconds = 300;
+  /// Go on from the checkpoint at `path`, which must be there. Otherwise nothing may be there.
+  bool resume = false;
+};
+
 struct BuildOptions {
   /// Names of the point arrays whose errors are measured, recorded and kept small; empty: every floating-point array,
   /// and if there is none every array. The other arrays are carried along, bit for bit.
@@ -87,6 +101,7 @@ struct BuildOptions {
   double round_fraction = 0.3;
   /// Worker threads; 0: as many as the machine has. The output does not depend on it.
   unsigned threads = 0;
+  CheckpointOptions checkpoint;
 };
 
 /// How far a build had come at the end of a round: a point of its walk in error space (Cignoni et al. 2000, 4.3).
@@ -120,6 +135,13 @@ struct BuildReport {
   double collapse_seconds = 0; ///< wall time of the collapse loop, candidates and checks included
   double certify_seconds = 0;  ///< wall time of an exact evaluation after the collapses; 0 when there was none
   double total_seconds = 0;
+  /// Collapses made anew from a checkpoint, without searching; the other counts are those of the whole build, the
+  /// seconds those of this run.
+  std::uint64_t resumed_records = 0;
+  double resume_seconds = 0;          ///< wall time of that
+  std::uint32_t checkpoints = 0;      ///< written in this run
+  std::uint64_t checkpoint_bytes = 0; ///< of the last one
+  double checkpoint_seconds = 0;      ///< wall time that writing them took
 };
 
 /// Simplifies `mesh` and writes all its levels to `path`, through a temporary file beside it that is synced and then
@@ -127,7 +149,8 @@ struct BuildReport {
 ///
 /// Returns the report of the build.
 /// `source_name` and `source_hash` go into the manifest as provenance; either may be empty.
-/// Throws Error: kBadArgument (options), kBadInput (mesh, fields), kIo, kLimit, kCancelled. Nothing is left behind.
+/// Throws Error: kBadArgument (options, a checkpoint of another build), kBadInput (mesh, fields), kCorruptFile (the
+/// checkpoint), kIo, kLimit, kCancelled. Nothing is left behind but a checkpoint that was asked for.
 /// Thread rule: uses options.threads threads. Same input and options: same bytes.
 /// Source: Cignoni et al., Simplification of Tetrahedral Meshes with Accurate Error Evaluation, IEEE Vis 2000,
 /// sections 4 and 5.

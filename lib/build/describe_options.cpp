@@ -1,0 +1,41 @@
+#include "build/describe_options.hpp"
+
+#include <array>
+#include <charconv>
+
+namespace ptet::build {
+namespace {
+
+std::string text_of(double value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
+std::string text_of(const Bound& bound) {
+  return bound.relative ? text_of(bound.value * 100) + "%" : text_of(bound.value);
+}
+
+} // namespace
+
+std::vector<std::pair<std::string, std::string>>
+describe_options(const BuildOptions& options, const PreparedMesh& prepared, const std::vector<GoverningField>& fields) {
+  std::vector<std::pair<std::string, std::string>> described;
+  for (const GoverningField& field : fields)
+    described.emplace_back("field", prepared.mesh.point_arrays[field.array].name);
+  for (const FieldBound& bound : options.max_field_error)
+    described.emplace_back("max-field-error", (bound.field.empty() ? "" : bound.field + "=") + text_of(bound.bound));
+  described.emplace_back("max-domain-error", text_of(options.max_domain_error));
+  described.emplace_back("target-vertices", text_of(options.target_vertices));
+  described.emplace_back("min-quality", text_of(options.min_quality));
+  described.emplace_back("predict", name_of(options.prediction));
+  described.emplace_back("evaluate", name_of(options.evaluation));
+  // Other predictions do not ask for it.
+  if (options.prediction == Prediction::kSimulate || options.prediction == Prediction::kExact)
+    described.emplace_back("objective", name_of(options.objective));
+  described.emplace_back("max-star", std::to_string(options.max_star));
+  described.emplace_back("round-fraction", text_of(options.round_fraction));
+  return described;
+}
+
+} // namespace ptet::build

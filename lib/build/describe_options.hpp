@@ -1,0 +1,19 @@
+// The options of a build as text: what a file says of how it was made, and what a checkpoint compares.
+#pragma once
+
+#include "mesh/prepare.hpp"
+#include "ptet/build.hpp"
+#include "record/stream.hpp"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ptet::build {
+
+/// Name and value of the options as they were used; those that cannot change the result (threads, checkpoints) are left
+/// out.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>>
+describe_options(const BuildOptions& options, const PreparedMesh& prepared, const std::vector<GoverningField>& fields);
+
+} // namespace ptet::build
