@@ -24,7 +24,7 @@ Built collapse_all(TetMesh mesh, const BuildOptions& options, const std::string&
   report.input_vertices = mesh.vertex_count();
   report.input_tets = mesh.tets.size();
   Built built;
-  built.prepared = prepare(std::move(mesh));
+  built.prepared = prepare(std::move(mesh), progress);
   report.notes = built.prepared.notes;
   built.records = build::build_records(built.prepared, options, report, progress);
 

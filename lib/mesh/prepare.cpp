@@ -94,8 +94,8 @@ std::vector<char> find_frozen(const Examination& found) {
 
 } // namespace
 
-PreparedMesh prepare(TetMesh mesh) {
-  Examination found = examine(mesh);
+PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
+  Examination found = examine(mesh, progress);
   PreparedMesh prepared;
   for (const Finding& finding : found.findings) {
     if (finding.severity == Severity::kError) throw Error(ErrorCode::kBadInput, finding.message);

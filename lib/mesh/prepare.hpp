@@ -6,6 +6,7 @@
 
 #include "mesh/predicates.hpp"
 #include "ptet/mesh.hpp"
+#include "ptet/progress.hpp"
 
 #include <string>
 #include <vector>
@@ -32,6 +33,7 @@ struct PreparedMesh {
 /// repeated vertices, duplicate tets, faces of more than two tets, non-finite positions, arrays of the wrong size, no
 /// tet. Throws Error(kLimit) for more vertices or tets than 32-bit ids can name.
 /// Non-finite field values are left alone. Same mesh, same result. Cost: O(tets), plus a sort of the vertices.
-[[nodiscard]] PreparedMesh prepare(TetMesh mesh);
+/// Throws Error(kCancelled) when `progress` returns false.
+[[nodiscard]] PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress = {});
 
 } // namespace ptet
