@@ -10,6 +10,16 @@ import numpy as np
 import ptet
 
 
+class Bytes:
+    """Bytes that are read a part at a time."""
+
+    def __init__(self, data):
+        self.data, self.size = data, len(data)
+
+    def read(self, offset, size):
+        return self.data[offset:offset + size]
+
+
 class Extract(unittest.TestCase):
     def setUp(self):
         self.data = ptet.open(built())
@@ -166,6 +176,28 @@ class Extract(unittest.TestCase):
             thread.join()
         self.assertEqual(wrong, [])
 
+    def test_exceptions_stay_in_their_thread(self):
+        def raises(*_):
+            raise ZeroDivisionError
+        stop, caught = threading.Event(), []
+
+        def run():
+            while not stop.is_set():
+                try:
+                    self.data.extract(error="2%", progress=raises)
+                except ZeroDivisionError as error:
+                    caught.append(error)
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        try:
+            for _ in range(200):
+                self.data.extract(error="1%", progress=lambda *told: None)
+        finally:
+            stop.set()
+            thread.join()
+        self.assertGreater(len(caught), 0)
+
     def test_repeating_leaves_no_memory_behind(self):
         grid = cube(4)
 
@@ -175,6 +207,9 @@ class Extract(unittest.TestCase):
             session = data.session()
             session.update(error="1%")
             session.extraction()
+            reader = Bytes(built())
+            for background in (False, True):
+                ptet.open(reader, background=background).extract(error="1%")
             for bad in (b"", built()[:2000]):
                 try:
                     ptet.open(bad)

@@ -39,7 +39,8 @@ class Install(unittest.TestCase):
                   "assert m.version('ptet') == ptet.__version__, m.version('ptet')\n"
                   f"assert Path(ptet.__file__).is_relative_to({str(self.folder)!r}), ptet.__file__\n"
                   "assert (Path(ptet.__file__).parent / 'py.typed').exists()\n"
-                  "b = ptet.build([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]], [[0, 1, 2, 3]], {'t': [0, 1, 2, 3.0]})\n"
+                  "points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]\n"
+                  "b = ptet.build(points, [[0, 1, 2, 3]], {'t': [0, 1, 2, 3.0]})\n"
                   "print(len(b.open().extract().tets))\n")
         self.assertEqual(run(self.python, "-c", script, cwd=self.folder), "1\n")
         there = {path.name for path in (HERE / "ptet").iterdir() if path.is_file()}

@@ -143,10 +143,12 @@ class Stubs(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "user.py"
             path.write_text(user, encoding="utf-8")
-            done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--cache-dir", folder + "/cache", path,
-                                   *sorted(PACKAGE.glob("*.py"))], cwd=folder, stdout=subprocess.PIPE,
-                                  stderr=subprocess.STDOUT, encoding="utf-8", check=False)
-        wanted = [(str(number), line.split("# ")[1]) for number, line in enumerate(user.splitlines(), 1) if "# " in line]
+            done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports",
+                                   "--cache-dir", folder + "/cache", path, *sorted(PACKAGE.glob("*.py"))],
+                                  cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
+                                  check=False)
+        lines = enumerate(user.splitlines(), 1)
+        wanted = [(str(number), line.split("# ")[1]) for number, line in lines if "# " in line]
         found = re.findall(r"^(\S+?):(\d+): error: .*\[([\w-]+)\]$", done.stdout, re.M)
         self.assertEqual([(number, code) for _, number, code in found], wanted, done.stdout)
         self.assertEqual({pathlib.Path(file).name for file, _, _ in found}, {"user.py"}, done.stdout)

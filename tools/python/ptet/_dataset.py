@@ -122,8 +122,8 @@ class Dataset:
                 focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
                 view: View | None = None, budget: Budget | int | None = None, origins: bool = False,
                 progress: Optional[Callable[[str, int, int], Any]] = None) -> Extraction:
-        """The mesh that answers a request: conforming, as coarse as what is asked allows. With nothing asked it is the
-        original, bit for bit. Same request, same mesh, whatever was asked before.
+        """The mesh that answers a request: conforming, as coarse as what is asked allows. With nothing asked it is
+        the original, bit for bit. Same request, same mesh, whatever was asked before.
 
         Args:
             error: largest field error, everywhere: field units or "2%" of the range; one for every governing field, or
@@ -131,8 +131,8 @@ class Dataset:
             domain_error: largest distance between the boundaries: mesh units, or "1%" of the diagonal.
             focus: Box, Sphere, OrientedBox, HalfSpace, one or several: the original (or what their `error` allows) in
                 there, whatever else is asked.
-            values: where given, bounds hold only where a field may take these; with no bound the tets there are original
-                ones.
+            values: where given, bounds hold only where a field may take these; with no bound the tets there are
+                original ones.
             view: what a camera sees is sharp to so many pixels.
             budget: a Budget, or a number of tets; refining stops where it would be passed. With no bounds that is the
                 mesh with the smallest error that the builder had at that size.
@@ -236,7 +236,8 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
         view = memoryview(source)  # type: ignore[arg-type]
     except TypeError:
         if not (callable(getattr(source, "read", None)) and hasattr(source, "size")):
-            raise ArgumentError(f"{source!r} is neither a path nor bytes, nor has it read(offset, size) and size") from None
+            raise ArgumentError(f"{source!r} is neither a path nor bytes, nor has it read(offset, size) and "
+                                "size") from None
         return Dataset(_core.open_reader(source.read, _size_of(source), options), salvage)  # type: ignore[union-attr]
     if not view.c_contiguous:
         raise ArgumentError("the bytes are not contiguous")

@@ -108,8 +108,8 @@ def from_vtk(grid: Any) -> MeshArrays:
 
 
 def from_meshio(mesh: Any) -> MeshArrays:
-    """points, tets and fields of a meshio.Mesh of tetrahedra, for `build(*...)`; cells of lower dimension and cell fields
-    are left out.
+    """points, tets and fields of a meshio.Mesh of tetrahedra, for `build(*...)`; cells of lower dimension and cell
+    fields are left out.
 
     Raises:
         InputError: cells of another kind; the program `ptet build` splits them, conformingly.

@@ -47,8 +47,8 @@ class BlockFailure:
 class Extraction:
     """A conforming mesh out of a file, with the errors that it has.
 
-    Arrays are read-only views of memory that the extraction owns: nothing is copied, and an array keeps the memory alive
-    when extraction, dataset and file are gone. `array.copy()` gives one to write to.
+    Arrays are read-only views of memory that the extraction owns: nothing is copied, and an array keeps the memory
+    alive when extraction, dataset and file are gone. `array.copy()` gives one to write to.
 
     Attributes:
         points: (n, 3) of the original's type, mesh units.
@@ -58,8 +58,8 @@ class Extraction:
         vertex_ids: (n,) uint32: the vertices' numbers in the file, the same in every extraction.
         made_by: (m,) uint32: the record that made each tet, 0xFFFFFFFF when it is an original one, whose error is 0;
             None unless `origins` was asked for.
-        field_error: by governing field the largest error, in its units. In a file built with evaluation "exact" no point
-            of the domain has a larger one.
+        field_error: by governing field the largest error, in its units. In a file built with evaluation "exact" no
+            point of the domain has a larger one.
         rms_error: by governing field the root mean square error over the domain; empty when the build measured none.
         domain_error: largest distance between the mesh's boundary and the original one, either way, mesh units.
         in_focus: PartErrors of what meets each focus region.

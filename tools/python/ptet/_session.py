@@ -37,8 +37,8 @@ class SessionUpdate:
         tets_added, tets_removed, vertices_added, vertices_removed: by splits and collapses. The first update adds the
             coarsest mesh as well.
         splits, collapses: how many were made.
-        field_error, rms_error, domain_error, limited_by, complete, failures: as of Extraction; where it is not complete,
-            the next update with the same request goes on.
+        field_error, rms_error, domain_error, limited_by, complete, failures: as of Extraction; where it is not
+            complete, the next update with the same request goes on.
         seconds: wall time of the call.
     """
 

@@ -32,6 +32,12 @@ py::dtype dtype_of(ScalarType type) {
   return py::dtype(name_of(type));
 }
 
+py::str to_str(const std::string& text) {
+  auto* const made = PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "backslashreplace");
+  if (made == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(made);
+}
+
 PointArray to_point_array(const std::string& name, const py::array& rows) {
   const std::string what = name.empty() ? "points" : "field '" + name + "'";
   require_plain(rows, what);

@@ -31,6 +31,9 @@ namespace py = pybind11;
 
 [[nodiscard]] py::dtype dtype_of(ScalarType type);
 
+/// What a file says, which need not be UTF-8.
+[[nodiscard]] py::str to_str(const std::string& text);
+
 /// How many 32-bit ids a row is made of: 0 for the id itself.
 template <class Row>
 struct IdColumns : std::integral_constant<std::size_t, 0> {};

@@ -124,8 +124,7 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
 
   TetMesh mesh = to_mesh(points, tets, fields);
   BuildReport report;
-  PendingError pending;
-  Bytes built = without_gil(progress, pending, [&](const ProgressCallback& callback) {
+  Bytes built = without_gil(progress, [&](const ProgressCallback& callback) {
     Bytes bytes;
     if (out) {
       report = build_file(std::move(mesh), *out, options, source_name, source_hash, callback);
@@ -140,9 +139,7 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
 py::dict validate_arrays(const py::array& points, const py::array& tets, const NamedArrays& fields,
                          const py::object& progress) {
   const TetMesh mesh = to_mesh(points, tets, fields);
-  PendingError pending;
-  return to_dict(
-      without_gil(progress, pending, [&](const ProgressCallback& callback) { return validate(mesh, callback); }));
+  return to_dict(without_gil(progress, [&](const ProgressCallback& callback) { return validate(mesh, callback); }));
 }
 
 } // namespace

@@ -51,14 +51,15 @@ py::dict by_field(const DatasetInfo& info, const std::vector<double>& errors) {
   py::dict dict;
   std::size_t at = 0;
   for (const FieldInfo& field : info.fields)
-    if (field.governing && at < errors.size()) dict[py::str(field.name)] = errors[at++];
+    if (field.governing && at < errors.size()) dict[to_str(field.name)] = errors[at++];
   return dict;
 }
 
 py::dict to_dict(const DatasetInfo& info) {
   py::list fields;
   for (const FieldInfo& field : info.fields)
-    fields.append(py::make_tuple(field.name, dtype_of(field.type), field.components, field.governing, field.range));
+    fields.append(
+        py::make_tuple(to_str(field.name), dtype_of(field.type), field.components, field.governing, field.range));
   py::dict dict;
   dict["vertices"] = info.vertices;
   dict["tets"] = info.tets;
@@ -75,15 +76,8 @@ py::dict to_dict(const DatasetInfo& info) {
   dict["max_field_error"] = by_field(info, info.max_field_error);
   dict["max_domain_error"] = info.max_domain_error;
   dict["base_rms_error"] = by_field(info, info.base_rms_error);
-  dict["provenance_json"] = info.provenance_json;
+  dict["provenance_json"] = to_str(info.provenance_json);
   return dict;
-}
-
-py::list to_list(const std::vector<BlockFailure>& failures) {
-  py::list list;
-  for (const BlockFailure& failure : failures)
-    list.append(py::make_tuple(failure.block, failure.byte_offset, failure.code == ErrorCode::kIo, failure.message));
-  return list;
 }
 
 py::list to_list(const std::vector<PartErrors>& parts) {
@@ -144,7 +138,7 @@ void bind_extraction(py::module_& module) {
   const auto fields = [](const py::object& self) {
     py::dict arrays;
     for (const PointArray& array : self.cast<const Extraction&>().mesh.point_arrays)
-      arrays[py::str(array.name)] = view(array, self);
+      arrays[to_str(array.name)] = view(array, self);
     return arrays;
   };
   const auto tets = [](const py::object& self) { return view_ids(self.cast<const Extraction&>().mesh.tets, self); };
@@ -175,7 +169,7 @@ void bind_extraction(py::module_& module) {
       .def_readonly("pixels_in_view", &Extraction::pixels_in_view)
       .def_property_readonly("limited_by", [](const Extraction& cut) { return name_of(cut.limited_by); })
       .def_readonly("complete", &Extraction::complete)
-      .def_property_readonly("failures", [](const Extraction& cut) { return to_list(cut.failures); })
+      .def_property_readonly("failures", [](const Extraction& cut) { return failures_as_list(cut.failures); })
       .def_readonly("bytes_read", &Extraction::bytes_read)
       .def_readonly("read_requests", &Extraction::read_requests)
       .def_readonly("seconds", &Extraction::seconds);
@@ -203,8 +197,7 @@ void bind_dataset(py::module_& module) {
       });
   module.def("open_path", [](const std::string& path, const OpenOptions& options) {
     auto pending = std::make_shared<PendingError>();
-    auto data =
-        without_gil(py::none(), *pending, [&](const ProgressCallback&) { return Dataset::open(path, options); });
+    auto data = without_gil(py::none(), [&](const ProgressCallback&) { return Dataset::open(path, options); });
     return std::make_unique<OpenFile>(std::move(data), std::move(pending));
   });
   module.def("open_buffer", [](const py::buffer& buffer, const OpenOptions& options) {

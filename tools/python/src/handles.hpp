@@ -1,11 +1,13 @@
 // What the objects of ptet._core hold.
 #pragma once
 
+#include "arrays.hpp"
 #include "interrupt.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/session.hpp"
 
 #include <memory>
+#include <span>
 
 namespace ptet::python {
 
@@ -29,5 +31,15 @@ private:
   std::shared_ptr<const Dataset> data_;
   std::shared_ptr<PendingError> pending_;
 };
+
+/// (block, byte offset, whether reading it may be tried again, message) each.
+inline py::list failures_as_list(std::span<const BlockFailure> failures) {
+  py::list list;
+  for (const BlockFailure& failure : failures) {
+    list.append(
+        py::make_tuple(failure.block, failure.byte_offset, failure.code == ErrorCode::kIo, to_str(failure.message)));
+  }
+  return list;
+}
 
 } // namespace ptet::python

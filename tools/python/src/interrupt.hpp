@@ -6,6 +6,7 @@
 #include "ptet/progress.hpp"
 
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -49,13 +50,13 @@ private:
 /// It takes the GIL some 20 times a second, whatever the library does.
 class Watch {
 public:
-  Watch(const py::object& progress, PendingError& pending) : progress_(progress), pending_(pending) {}
+  /// `reading`: where a source leaves what must stop the call.
+  Watch(const py::object& progress, const PendingError& reading) : progress_(progress), reading_(reading) {}
 
   bool operator()(const Progress& now) {
-    if (pending_.is_there()) return false;
+    if (raised_.is_there() || reading_.is_there()) return false;
     const auto time = std::chrono::steady_clock::now();
-    const bool is_new_stage = now.stage != stage_;
-    if (!is_new_stage && time - last_ < std::chrono::milliseconds(50)) return true;
+    if (now.stage == stage_ && time - last_ < std::chrono::milliseconds(50)) return true;
     last_ = time;
     stage_ = now.stage;
     const py::gil_scoped_acquire acquire;
@@ -64,24 +65,31 @@ public:
       if (progress_.is_none()) return true;
       return !progress_(py::str(now.stage.data(), now.stage.size()), now.done, now.total).is(py::bool_(false));
     } catch (py::error_already_set& error) {
-      pending_.keep(std::move(error));
+      raised_.keep(std::move(error));
       return false;
     }
   }
+  /// What signals or `progress` raised, if they did.
+  [[nodiscard]] PendingError& raised() { return raised_; }
 
 private:
   const py::object& progress_;
-  PendingError& pending_;
+  const PendingError& reading_;
+  PendingError raised_;
   std::string stage_;
   std::chrono::steady_clock::time_point last_{};
 };
 
-/// Runs `call(callback)` without the GIL. `pending` is where exceptions of Python code that runs meanwhile are kept;
-/// they go before whatever the library makes of them.
+/// Runs `call(callback)` without the GIL. What Python code raised meanwhile, in `progress` or in a source that leaves
+/// it in `reading`, goes before whatever the library makes of it.
 template <class Call>
-auto without_gil(const py::object& progress, PendingError& pending, Call&& call) {
-  Watch watch(progress, pending);
+auto without_gil(const py::object& progress, PendingError& reading, Call&& call) {
+  Watch watch(progress, reading);
   const ProgressCallback callback = std::ref(watch);
+  const auto raise = [&] {
+    watch.raised().raise();
+    reading.raise();
+  };
   using Result = std::invoke_result_t<Call, const ProgressCallback&>;
   try {
     if constexpr (std::is_void_v<Result>) {
@@ -89,19 +97,26 @@ auto without_gil(const py::object& progress, PendingError& pending, Call&& call)
         const py::gil_scoped_release release;
         call(callback);
       }
-      pending.raise();
+      raise();
     } else {
       Result result = [&] {
         const py::gil_scoped_release release;
         return call(callback);
       }();
-      pending.raise();
+      raise();
       return result;
     }
   } catch (const Error&) {
-    pending.raise();
+    raise();
     throw;
   }
+}
+
+/// The same of a call that reads through no source.
+template <class Call>
+auto without_gil(const py::object& progress, Call&& call) {
+  PendingError none;
+  return without_gil(progress, none, std::forward<Call>(call));
 }
 
 } // namespace ptet::python

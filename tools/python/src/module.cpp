@@ -1,4 +1,5 @@
 // ptet._core: the C++ interface for Python.
+#include "arrays.hpp"
 #include "bindings.hpp"
 #include "ptet/error.hpp"
 #include "ptet/version.hpp"
@@ -25,11 +26,7 @@ const char* name_of(ErrorCode code) {
 void set_python_error(const Error& error) {
   const py::object type = py::module_::import("ptet._errors").attr(name_of(error.code()));
   const py::object offset = error.byte_offset() ? py::object(py::int_(*error.byte_offset())) : py::object(py::none());
-  // What a file or a path holds need not be UTF-8.
-  const std::string text = error.what();
-  const auto message = py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "backslashreplace"));
-  const py::object made = type(message, offset);
+  const py::object made = type(to_str(error.what()), offset);
   PyErr_SetObject(type.ptr(), made.ptr());
 }
 

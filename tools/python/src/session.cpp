@@ -49,11 +49,7 @@ public:
     dict["domain_error"] = done->domain_error;
     dict["limited_by"] = name_of(done->limited_by);
     dict["complete"] = done->complete;
-    py::list failures;
-    for (const BlockFailure& failure : done->failures)
-      failures.append(
-          py::make_tuple(failure.block, failure.byte_offset, failure.code == ErrorCode::kIo, failure.message));
-    dict["failures"] = failures;
+    dict["failures"] = failures_as_list(done->failures);
     dict["seconds"] = done->seconds;
     return dict;
   }
