@@ -53,8 +53,12 @@ ln -sf /usr/include/xxhash.h /usr/include/xxh3.h build/headers/
 
 # Debian's emscripten finds its modules where Debian's node looks for them, and another node does not.
 export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs
+launcher=()
+if command -v ccache >/dev/null; then
+  launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+fi
 emcmake cmake -S . -B build/wasm -G Ninja -DCMAKE_BUILD_TYPE=Release -DPTET_WEB_HEADERS="$PWD/build/headers" \
-  -DPTET_WEB_ZSTD="$PWD/build/zstd/lib" >build/configure.log 2>&1 || { cat build/configure.log >&2; exit 1; }
+  -DPTET_WEB_ZSTD="$PWD/build/zstd/lib" "${launcher[@]}" >build/configure.log 2>&1 || { cat build/configure.log >&2; exit 1; }
 cmake --build build/wasm --parallel "$(nproc)"
 
 # ---- three.js ----

@@ -115,7 +115,7 @@ test("a link's requests give the program's meshes", async () => {
   await checkAgainstProgram("exact");
 });
 
-test("the coarsest mesh comes first, and little is fetched for it", async () => {
+test("a coarser mesh comes first, and only what is asked for is fetched", async () => {
   await page.addInitScript(() => {
     window.steps = [];
     document.addEventListener("DOMContentLoaded", () => {
@@ -128,8 +128,10 @@ test("the coarsest mesh comes first, and little is fetched for it", async () => 
   });
   await show({ error: "0.05" });
   const steps = await page.evaluate(() => window.steps);
-  assert.deepEqual(steps[0], [String(info.base.tets), "loading"]);
+  // The base, and what blocks lay near enough to it to be read with it.
+  assert.equal(steps[0][1], "loading");
   assert.equal(steps.at(-1)[1], "error");
+  assert.ok(info.base.tets <= Number(steps[0][0]) && Number(steps[0][0]) < Number(steps.at(-1)[0]), `${steps}`);
   const all = Number(await page.locator("#fetched").getAttribute("data-bytes"));
   await show({ error: "any" });
   const first = Number(await page.locator("#fetched").getAttribute("data-bytes"));

@@ -107,6 +107,7 @@ let isAsking = false;
 function ask() {
   if (!info || isAsking) return;
   isAsking = true;
+  document.body.dataset.state = "busy";
   requestAnimationFrame(() => {
     isAsking = false;
     const request = {
@@ -122,7 +123,6 @@ function ask() {
       isosurface: state.show.has("isosurface") && seen[state.field] ? { field: state.field, level: level() } : null,
     };
     lastId += 1;
-    document.body.dataset.state = "busy";
     worker.postMessage({ show: { request, drawing, id: lastId } });
   });
 }

@@ -42,7 +42,7 @@ const kFragmentShader = `
     if (isnan(value)) colour = vec3(0.6);
     vec3 normal = normalize(cross(dFdx(eye), dFdy(eye)));
     colour *= 0.7 + 0.3 * abs(normal.z);
-    vec3 width = fwidth(edge) * 1.2;
+    vec3 width = max(fwidth(edge) * 1.2, vec3(1e-6)); // 0 where the edge is none of the mesh
     vec3 near = smoothstep(vec3(0.0), width, edge);
     // Where triangles are a few pixels wide, edges would be all there is.
     float strength = edges * clamp(1.3 - 1.5 * max(width.x, max(width.y, width.z)), 0.25, 1.0);
