@@ -5,8 +5,9 @@
 //                                                        point data   the arrays that are selected
 //                                                        field data   "error of NAME", "domain error", ...
 //
-// The file stays open and its mesh in memory, so that a request that differs little from the last costs little. It
-// needs VTK and the installed run-time library alone; the plugin beside it shows its properties in ParaView.
+// The file stays open and its mesh in memory, so that a request that differs little from the last costs little. Asked
+// for pieces it gives all of the mesh as the first. It needs VTK and the installed run-time library alone; the plugin
+// beside it shows its properties in ParaView.
 #ifndef vtkPtetReader_h
 #define vtkPtetReader_h
 
