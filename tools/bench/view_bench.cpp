@@ -94,6 +94,7 @@ void follow(const Case& shown, const std::shared_ptr<const ptet::Dataset>& data,
   std::printf("  %-24s %8.2f %8.2f %8.2f %8.2f %8.2f %9.0f %9.0f\n", shown.name, quantile(cut_and_geometry, 0.5),
               quantile(upload, 0.5), quantile(all, 0.5), quantile(all, 0.99), quantile(all, 1), quantile(polygons, 0.5),
               quantile(tets, 0.5));
+  (void)std::fflush(stdout);
 }
 
 void run(const std::string& file, int frames, double step) {
