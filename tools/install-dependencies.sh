@@ -8,6 +8,7 @@
 #   tools/install-dependencies.sh --bench    also what tools/bench needs
 #   tools/install-dependencies.sh --paraview instead: what tools/paraview needs (ParaView's Python excludes VTK's)
 #   tools/install-dependencies.sh --web      also what tools/web needs, to build the page and to test it
+#   tools/install-dependencies.sh --fuzz     also what tests/fuzz/run.sh needs
 #   tools/install-dependencies.sh --list     prints the packages that it would install, and stops
 set -euo pipefail
 
@@ -39,6 +40,7 @@ web_packages=(
   chromium          # the page's test
 )
 command -v npm >/dev/null || web_packages+=(npm) # a newer node than Debian's brings its own, and refuses Debian's
+fuzz_packages=(clang-14 libclang-rt-14-dev)
 
 list_only=no
 for argument in "$@"; do
@@ -48,6 +50,7 @@ for argument in "$@"; do
     --bench) packages+=("${bench_packages[@]}") ;;
     --paraview) packages=("${paraview_packages[@]}") ;;
     --web) packages+=("${web_packages[@]}") ;;
+    --fuzz) packages+=("${fuzz_packages[@]}") ;;
     --list) list_only=yes ;;
     -h | --help) sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "install-dependencies.sh: unknown option $argument (see --help)" >&2; exit 2 ;;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <exception>
 #include <limits>
 
 namespace ptet::fuzz {
@@ -224,7 +225,7 @@ void mutate_file(Bytes& file, std::size_t most_bytes, Mutator& mutator) {
         file = std::move(changed);
         return;
       }
-    } catch (const Error&) { // not sound any more: below
+    } catch (const std::exception&) { // not sound any more: below
     }
   }
   mutator.change(file, most_bytes);

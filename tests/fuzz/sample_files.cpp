@@ -43,7 +43,7 @@ const std::vector<Bytes>& sample_files() {
                               encode(test::grid({{2, 2, 2}, {}, 2, 1}), false),
                               encode(test::grid({{3, 3, 3}, without_centre, 2, 2}), true),
                               encode(of_all_types(), true),
-                              encode(test::grid({{6, 6, 5}, {}, 2, 4}), true)};
+                              encode(test::grid({{4, 4, 4}, {}, 2, 4}), true)};
   }();
   return files;
 }

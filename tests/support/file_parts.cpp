@@ -25,7 +25,7 @@ FileParts::FileParts(const Bytes& bytes) {
 
 FileParts::Bytes& FileParts::of(file::SectionKind kind) {
   const auto found = std::find_if(sections.begin(), sections.end(), [&](const auto& s) { return is(s, kind); });
-  return raw[static_cast<std::size_t>(found - sections.begin())];
+  return raw.at(static_cast<std::size_t>(found - sections.begin()));
 }
 
 std::vector<file::TableRow> FileParts::rows() {

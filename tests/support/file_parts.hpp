@@ -26,6 +26,7 @@ struct FileParts {
   static bool is(const file::Section& section, file::SectionKind kind) {
     return section.kind == static_cast<std::uint32_t>(kind);
   }
+  /// Throws std::out_of_range when there is none.
   Bytes& of(file::SectionKind kind);
   /// Rows of the table, which must be sound; offsets count from the beginning of the blocks.
   [[nodiscard]] std::vector<file::TableRow> rows();
