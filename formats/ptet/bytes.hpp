@@ -2,6 +2,7 @@
 // observer sees every field with its place (the annotated dump is made of this).
 #pragma once
 
+#include "formats/ptet/violation.hpp"
 #include "ptet/error.hpp"
 
 #include <bit>
@@ -57,6 +58,9 @@ public:
              FieldObserver observer = {})
       : bytes_(bytes), place_(std::move(place)), file_offset_(file_offset), compressed_(compressed),
         observer_(std::move(observer)) {}
+
+  /// From now on violate() tells `violations`, which must outlive the object, instead of throwing.
+  void tell(const Violations* violations) { violations_ = violations; }
 
   [[nodiscard]] std::size_t position() const { return position_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }
@@ -115,13 +119,18 @@ public:
     if (remaining() != 0) fail(std::to_string(remaining()) + " bytes too many");
   }
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(ErrorCode::kCorruptFile, "the " + place_ + " is corrupt: " + what,
-                compressed_ ? file_offset_ : file_offset_ + position_);
+    throw Error(ErrorCode::kCorruptFile, "the " + place_ + " is corrupt: " + what, offset());
+  }
+  /// The same for what does not keep the rest from being read: returns where somebody is told.
+  void violate(const std::string& what) const {
+    if (violations_ == nullptr || !*violations_) fail(what);
+    (*violations_)({"the " + place_ + " is corrupt: " + what, offset(), {}, {}, {}});
   }
 
 private:
   [[nodiscard]] static std::string number_text(double value);
 
+  [[nodiscard]] std::uint64_t offset() const { return compressed_ ? file_offset_ : file_offset_ + position_; }
   void need(std::size_t count, std::string_view name) const {
     if (count > remaining()) fail("it ends within " + std::string(name));
   }
@@ -146,6 +155,7 @@ private:
   std::uint64_t file_offset_;
   bool compressed_;
   FieldObserver observer_;
+  const Violations* violations_ = nullptr;
 };
 
 } // namespace ptet::file

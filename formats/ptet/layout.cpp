@@ -30,14 +30,15 @@ void get_box(ByteReader& in, Point& least, Point& greatest) {
   for (std::size_t i = 0; i < 3; ++i)
     greatest[i] = get_finite(in, kNames[i + 3]);
   for (std::size_t i = 0; i < 3; ++i) {
-    if (least[i] > greatest[i]) in.fail("a bounding box ends before it begins");
+    if (least[i] > greatest[i]) in.violate("a bounding box ends before it begins");
   }
 }
 
 template <class T>
 void expect(ByteReader& in, std::string_view name, T wanted) {
   const auto value = in.get<T>(name);
-  if (value != wanted) in.fail(std::string(name) + " is " + std::to_string(value) + ", not " + std::to_string(wanted));
+  if (value != wanted)
+    in.violate(std::string(name) + " is " + std::to_string(value) + ", not " + std::to_string(wanted));
 }
 
 ScalarType get_type(ByteReader& in, std::string_view name) {
@@ -108,10 +109,12 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return XXH64(bytes.data(), bytes.size(), 0);
 }
 
-std::vector<std::byte> expand(const Section& section, std::vector<std::byte> stored) {
+std::vector<std::byte> expand(const Section& section, std::vector<std::byte> stored, const Violations* violations) {
   const std::string name = name_of(static_cast<SectionKind>(section.kind));
   if (hash_of(stored) != section.hash) {
-    throw Error(ErrorCode::kCorruptFile, "the " + name + " is corrupt: its hash does not match", section.offset);
+    const std::string what = "the " + name + " is corrupt: its hash does not match";
+    if (violations == nullptr || !*violations) throw Error(ErrorCode::kCorruptFile, what, section.offset);
+    (*violations)({what, section.offset, {}, {}, {}});
   }
   if (section.stored_bytes == section.raw_bytes) return stored;
   std::vector<std::byte> raw(section.raw_bytes);
@@ -145,7 +148,7 @@ FixedHeader parse_header(ByteReader& in) {
   for (int axis = 0; axis < 3; ++axis)
     fixed.position_digits.push_back(get_digits(in, header.position_type));
   const auto flags = in.get<std::uint16_t>("flags");
-  if ((flags & ~kHasSquaredErrors) != 0) in.fail("a reserved flag is set");
+  if ((flags & ~kHasSquaredErrors) != 0) in.violate("a reserved flag is set");
   header.has_squared_errors = (flags & kHasSquaredErrors) != 0;
   get_box(in, header.box_min, header.box_max);
   header.diagonal = get_finite(in, "diagonal");
@@ -189,16 +192,16 @@ std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count) {
     section.stored_bytes = in.get<std::uint64_t>("stored_bytes");
     section.raw_bytes = in.get<std::uint64_t>("raw_bytes");
     section.hash = in.get<std::uint64_t>("hash");
-    if ((section.flags & ~kMandatory) != 0) in.fail("a reserved flag of a section is set");
+    if ((section.flags & ~kMandatory) != 0) in.violate("a reserved flag of a section is set");
     if (section.offset != expected || section.stored_bytes > ~std::uint64_t{0} - expected) {
       in.fail("a section does not begin where the one before ends");
     }
     expected += section.stored_bytes;
     const bool known = section.kind >= 1 && section.kind <= static_cast<std::uint32_t>(SectionKind::kTable);
     if (!known && (section.flags & kMandatory) != 0) {
-      in.fail("section " + std::to_string(section.kind) + " is mandatory but unknown to this program");
+      in.violate("section " + std::to_string(section.kind) + " is mandatory but unknown to this program");
     }
-    if (known && (section.flags & kMandatory) == 0) in.fail("a mandatory section is not marked so");
+    if (known && (section.flags & kMandatory) == 0) in.violate("a mandatory section is not marked so");
     if (section.raw_bytes < section.stored_bytes || section.raw_bytes > product(section.stored_bytes, kMaxExpansion)) {
       in.fail("a section's raw size is out of range");
     }
@@ -216,7 +219,7 @@ std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed) {
     info.components = static_cast<std::uint32_t>(in.get_count("components", kMaxComponents));
     if (info.components == 0) in.fail("an array has no component");
     const auto governing = in.get<std::uint8_t>("governing");
-    if (governing > 1) in.fail("a reserved bit of governing is set");
+    if (governing > 1) in.violate("a reserved bit of governing is set");
     info.governing = governing != 0;
     info.range = get_finite(in, "range");
     if (info.range < 0) in.fail("range is negative");
@@ -263,13 +266,13 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
     get_box(in, info.box_min, info.box_max);
     for (std::size_t i = 0; i < codes; ++i) {
       info.max_error.push_back(in.get<std::uint16_t>("max_error"));
-      if (info.max_error.back() > kMaxErrorCode) in.fail("max_error is out of range");
+      if (info.max_error.back() > kMaxErrorCode) in.violate("max_error is out of range");
     }
     info.max_order = in.get<OrderCode>("max_order");
-    if (info.max_order > kMaxOrderCode) in.fail("max_order is out of range");
+    if (info.max_order > kMaxOrderCode) in.violate("max_order is out of range");
     for (std::size_t i = 0; i < squared; ++i) {
       info.squared_error.push_back(in.get<double>("squared_error"));
-      if (!(std::fabs(info.squared_error.back()) <= kMaxSquaredErrorSum)) in.fail("squared_error is out of range");
+      if (!(std::fabs(info.squared_error.back()) <= kMaxSquaredErrorSum)) in.violate("squared_error is out of range");
     }
     info.needs.resize(
         in.get_count("number of needed blocks", std::min<std::uint64_t>(header.block_count - 1, in.remaining())));

@@ -79,10 +79,11 @@ struct OtherParents {
 };
 
 [[nodiscard]] std::uint64_t hash_of(std::span<const std::byte> bytes);
-/// Undoes Section compression. Throws Error(kCorruptFile).
-[[nodiscard]] std::vector<std::byte> expand(const Section& section, std::vector<std::byte> stored);
+/// Undoes Section compression. Throws Error(kCorruptFile); a wrong hash is told to `violations` where there are any.
+[[nodiscard]] std::vector<std::byte> expand(const Section& section, std::vector<std::byte> stored,
+                                            const Violations* violations = nullptr);
 
-// Parsing. Each throws Error(kCorruptFile) for what PTET.md forbids.
+// Parsing. Each throws Error(kCorruptFile) for what PTET.md forbids, or tells it (ByteReader::tell).
 [[nodiscard]] FixedHeader parse_header(ByteReader& in);
 [[nodiscard]] Footer parse_footer(ByteReader& in);
 [[nodiscard]] std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count);

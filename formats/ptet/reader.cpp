@@ -12,11 +12,12 @@ namespace ptet::file {
 
 /// What decoding takes and the public face does not show.
 struct Reader::Decoding {
-  Decoding(std::shared_ptr<ByteSource> source, const OpenOptions& options)
-      : reader(std::move(source), options.max_gap), limits(options.limits) {}
+  Decoding(std::shared_ptr<ByteSource> source, const OpenOptions& options, Violations told)
+      : reader(std::move(source), options.max_gap), limits(options.limits), violations(std::move(told)) {}
 
   RangeReader reader;
   Limits limits;
+  Violations violations;
   std::uint64_t claimed = 0; ///< of Limits::max_bytes
   FixedHeader fixed;
   std::vector<DecimalDigits> digits;
@@ -123,7 +124,10 @@ struct Reader::Batching {
 };
 
 Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
-    : decoding_(std::make_unique<Decoding>(std::move(source), options)) {
+    : Reader(std::move(source), options, Violations{}) {}
+
+Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options, Violations violations)
+    : decoding_(std::make_unique<Decoding>(std::move(source), options, std::move(violations))) {
   Decoding& d = *decoding_;
   const std::uint64_t size = d.reader.size();
   if (size < kHeaderBytes + kFooterBytes) {
@@ -133,11 +137,13 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
   ReadAhead ahead(d.reader);
   const auto header_bytes = ahead.get(0, kHeaderBytes);
   ByteReader header_reader(header_bytes, "header", 0);
+  header_reader.tell(&d.violations);
   // Magic and version come before the hash: a file of another kind is not called corrupt.
   d.fixed = parse_header(header_reader);
   const auto hashed = std::span(header_bytes).first(kHeaderBytes - 8);
   ByteReader header_hash(std::span{header_bytes}.last(8), "header", kHeaderBytes - 8);
-  if (header_hash.get<std::uint64_t>("hash") != hash_of(hashed)) fail_file("the header's hash does not match", 0);
+  if (header_hash.get<std::uint64_t>("hash") != hash_of(hashed))
+    violated({"the header's hash does not match", 0, {}, {}, {}});
 
   check_limits();
   constexpr std::uint64_t kEndBytes = kFooterBytes + 6 * kSectionBytes; // of a file with the known sections
@@ -145,9 +151,14 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
   ahead.fetch(std::array{ByteRange{size - end_bytes, end_bytes}});
   const auto footer_bytes = ahead.get(size - kFooterBytes, kFooterBytes);
   ByteReader footer_reader(footer_bytes, "footer", size - kFooterBytes);
+  footer_reader.tell(&d.violations);
   const Footer footer = parse_footer(footer_reader);
   if (footer.file_bytes != size) {
-    fail_file("it has " + std::to_string(size) + " bytes and should have " + std::to_string(footer.file_bytes), size);
+    violated({"it has " + std::to_string(size) + " bytes and should have " + std::to_string(footer.file_bytes),
+              size,
+              {},
+              {},
+              {}});
   }
   const std::uint64_t directory_bytes = footer.section_count * kSectionBytes;
   if (directory_bytes > size - kHeaderBytes - kFooterBytes ||
@@ -156,9 +167,10 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
   }
   const auto directory = ahead.get(footer.directory_offset, directory_bytes);
   if (hash_of(directory) != footer.directory_hash) {
-    fail_file("the directory's hash does not match", footer.directory_offset);
+    violated({"the directory's hash does not match", footer.directory_offset, {}, {}, {}});
   }
   ByteReader directory_reader(directory, "directory", footer.directory_offset);
+  directory_reader.tell(&d.violations);
   const auto sections = parse_directory(directory_reader, footer.section_count);
   const std::uint64_t end = sections.empty() ? kHeaderBytes : sections.back().offset + sections.back().stored_bytes;
   if (end != footer.directory_offset) fail_file("the sections do not end where the directory begins", end);
@@ -179,11 +191,12 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
   std::sort(ranges.begin(), ranges.end(), [](const ByteRange& a, const ByteRange& b) { return a.offset < b.offset; });
   ahead.fetch(ranges);
   const auto content = [&](SectionKind kind) {
-    return expand(section(kind), ahead.get(section(kind).offset, section(kind).stored_bytes));
+    return expand(section(kind), ahead.get(section(kind).offset, section(kind).stored_bytes), &d.violations);
   };
   const auto in_section = [&](SectionKind kind, const std::vector<std::byte>& bytes) {
-    return ByteReader(bytes, name_of(kind), section(kind).offset,
-                      section(kind).stored_bytes != section(kind).raw_bytes);
+    ByteReader in(bytes, name_of(kind), section(kind).offset, section(kind).stored_bytes != section(kind).raw_bytes);
+    in.tell(&d.violations);
+    return in;
   };
   const auto array_bytes = content(SectionKind::kArrays);
   auto arrays = in_section(SectionKind::kArrays, array_bytes);
@@ -203,7 +216,7 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
   }
   const Section& blocks = section(SectionKind::kBlocks);
   if (blocks.raw_bytes != blocks.stored_bytes || blocks.hash != 0) {
-    fail_file("the blocks' row of the directory is invalid", blocks.offset);
+    violated({"the blocks' row of the directory is invalid", blocks.offset, {}, {}, {}});
   }
   const auto table_bytes = content(SectionKind::kTable);
   auto table = in_section(SectionKind::kTable, table_bytes);
@@ -212,7 +225,12 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
     blocks_.push_back(row.info);
   const auto manifest_bytes = content(SectionKind::kManifest);
   auto manifest = in_section(SectionKind::kManifest, manifest_bytes);
-  manifest_ = parse_manifest(manifest);
+  try {
+    manifest_ = parse_manifest(manifest);
+  } catch (const Error& error) {
+    if (!d.violations) throw;
+    violated({error.what(), error.byte_offset(), {}, {}, {}});
+  }
   claim(content_bytes(), "mesh");
   d.base_bytes = ahead.get(d.base.offset, d.base.stored_bytes);
 }
@@ -229,6 +247,18 @@ std::uint64_t Reader::bytes_read() const {
 }
 std::uint64_t Reader::requests() const {
   return decoding_->reader.requests();
+}
+
+/// Throws, unless there is somebody to tell.
+void Reader::violated(Violation violation) const {
+  const Violations& violations = decoding_->violations;
+  if (violations) {
+    violations(violation);
+  } else if (violation.record) {
+    fail_record(RecordId{*violation.record}, violation.what.c_str());
+  } else {
+    fail_file(violation.what, violation.offset.value_or(0));
+  }
 }
 
 // ---- limits ----
@@ -278,7 +308,7 @@ std::uint64_t Reader::decoded_bytes(std::uint32_t block) const {
 
 Content Reader::read_base() const {
   const Decoding& d = *decoding_;
-  const auto bytes = expand(d.base, d.base_bytes);
+  const auto bytes = expand(d.base, d.base_bytes, &d.violations);
   ByteReader in(bytes, name_of(SectionKind::kBase), d.base.offset, true);
   const std::size_t vertices = std::size_t{header_.base_vertex_count} + header_.record_count;
   PointArray positions{"", header_.position_type, 3, {}};
@@ -309,17 +339,18 @@ Content Reader::read_base() const {
 void Reader::check_record(RecordId r, std::uint32_t block, const Content& content) const {
   const std::size_t codes = content.errors_per_record;
   const auto& needs = blocks_[block].needs;
+  const auto fail = [&](const char* what) { violated({what, blocks_[block].offset, block, r.index(), {}}); };
   for (const RecordId parent : content.refinement.parents(r)) {
     if (content.generation[parent.index()] >= content.generation[r.index()]) {
-      fail_record(r, "it depends on a record that does not come before it");
+      fail("it depends on a record that does not come before it");
     }
     const std::uint32_t home = decoding_->block_of[parent.index()];
     if (home != block && !std::binary_search(needs.begin(), needs.end(), home)) {
-      fail_record(r, "it depends on a block that the table does not name");
+      fail("it depends on a block that the table does not name");
     }
     for (std::size_t i = 0; i < codes; ++i) {
       if (content.monotone[parent.index() * codes + i] < content.monotone[r.index() * codes + i]) {
-        fail_record(r, "its errors are greater than those of a record it depends on");
+        fail("its errors are greater than those of a record it depends on");
       }
     }
   }
@@ -327,6 +358,7 @@ void Reader::check_record(RecordId r, std::uint32_t block, const Content& conten
 
 void Reader::check_block(std::uint32_t block, const Content& content) const {
   const BlockInfo& info = blocks_[block];
+  const auto fail = [&](const char* what) { violated({what, info.offset, block, {}, {}}); };
   std::vector<ErrorCode16> greatest(content.errors_per_record);
   OrderCode greatest_order = 0;
   for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
@@ -335,8 +367,8 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
     }
     greatest_order = std::max(greatest_order, content.order[r]);
   }
-  if (greatest != info.max_error) fail_file("a block's errors are not those of the table", info.offset);
-  if (greatest_order != info.max_order) fail_file("a block's order codes are not those of the table", info.offset);
+  if (greatest != info.max_error) fail("a block's errors are not those of the table");
+  if (greatest_order != info.max_order) fail("a block's order codes are not those of the table");
   // The table's sums are of numbers that the codes stand for, rounded up.
   for (std::size_t i = 0; i < info.squared_error.size(); ++i) {
     double least = 0, most = 0, slack = 0;
@@ -349,7 +381,7 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
       slack += 0x1p-40 * std::max(std::fabs(lower), std::fabs(upper));
     }
     if (info.squared_error[i] < least - slack || info.squared_error[i] > most + slack)
-      fail_file("a block's squared errors are not those of the table", info.offset);
+      fail("a block's squared errors are not those of the table");
   }
 }
 
@@ -359,7 +391,9 @@ void Reader::check_whole(const Content& content) const {
   std::uint64_t tets = header_.base_tet_count;
   for (std::uint32_t r = 0; r < header_.record_count; ++r)
     tets += content.refinement.added_tet_count(RecordId{r});
-  if (tets != header_.tet_count) fail_file("the full mesh does not have the number of tets of the header", 0);
+  if (tets != header_.tet_count) {
+    violated({"the full mesh does not have the number of tets of the header", 0, {}, {}, {}});
+  }
 }
 
 void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
@@ -403,14 +437,14 @@ std::vector<FetchedBlock> Reader::fetch(std::span<const std::uint32_t> blocks, c
 // ---- decoding ----
 
 template <class F>
-void Reader::at_block(std::uint32_t block, F&& f) const {
+void Reader::at_block(std::uint32_t block, F&& f, const RecordId& record) const {
   const std::uint64_t offset = blocks_[block].offset;
   try {
     at_offset(offset, f);
   } catch (const BlockError&) {
     throw;
   } catch (const Error& error) {
-    throw BlockError(error, block, offset);
+    throw BlockError(error, block, offset, record);
   }
 }
 
@@ -468,16 +502,18 @@ bool Reader::Batch::step(Content& content, std::size_t records) {
     Run& run = batching_->runs[batching_->run];
     OpenBlock& block = batching_->open[run.open_block];
     const std::uint32_t most_versions = d.rows[block.block].version_count;
-    reader.at_block(block.block, [&] {
+    RecordId r;
+    const auto decode = [&] {
       for (; run.first_record <= run.last_record && records > 0; ++run.first_record, --records) {
-        const RecordId r{run.first_record};
+        r = RecordId{run.first_record};
         d.codec->code(block.decoder, block.state, content, r, NothingKnown{}, block.others.of(r));
         block.versions += content.refinement.fine_count(r);
         if (block.versions > most_versions) fail_record(r, "its block makes more tets than the table says");
         reader.check_record(r, block.block, content);
         d.codec->extend_by_star(block.least, block.greatest);
       }
-    });
+    };
+    reader.at_block(block.block, decode, r);
     if (run.first_record <= run.last_record) return true;
   }
   return false;
@@ -489,10 +525,10 @@ void Reader::Batch::check(const Content& content) const {
     reader.at_block(block.block, [&] {
       const BlockInfo& info = reader.blocks_[block.block];
       if (block.versions != reader.decoding_->rows[block.block].version_count) {
-        fail_file("a block makes fewer tets than the table says", info.offset);
+        reader.violated({"a block makes fewer tets than the table says", info.offset, block.block, {}, {}});
       }
       if (block.least != info.box_min || block.greatest != info.box_max) {
-        fail_file("a block's bounding box is not that of the table", info.offset);
+        reader.violated({"a block's bounding box is not that of the table", info.offset, block.block, {}, {}});
       }
       reader.check_block(block.block, content);
     });

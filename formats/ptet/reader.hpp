@@ -4,6 +4,7 @@
 
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/source.hpp"
+#include "formats/ptet/violation.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/source.hpp"
 #include "record/error_code.hpp"
@@ -83,11 +84,12 @@ struct Content {
 /// What decoding found wrong with a block.
 class BlockError : public Error {
 public:
-  BlockError(const Error& error, std::uint32_t number, std::uint64_t offset)
-      : Error(error), block(number), block_offset(offset) {}
+  BlockError(const Error& error, std::uint32_t number, std::uint64_t offset, RecordId at = {})
+      : Error(error), block(number), block_offset(offset), record(at) {}
 
   std::uint32_t block;
   std::uint64_t block_offset;
+  RecordId record; ///< the one that was being decoded; none before the first
 };
 
 struct FetchedBlock {
@@ -102,6 +104,8 @@ public:
   /// of background and memory_limit is for others.
   /// Throws Error: kIo, kCorruptFile with byte offset, kLimit.
   explicit Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options = {});
+  /// The same, but goes on after what does not keep the rest from being read, there and in Batch, and tells it.
+  Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options, Violations violations);
   ~Reader();
   Reader(Reader&&) noexcept;
   Reader& operator=(Reader&&) noexcept;
@@ -145,11 +149,12 @@ private:
   void check_block(std::uint32_t block, const Content& content) const;
   void check_whole(const Content& content) const;
   void check_limits() const;
+  void violated(Violation violation) const;
   void claim(std::uint64_t bytes, const char* what);
   [[nodiscard]] std::uint64_t content_bytes() const;
   /// Calls `f`; what it finds wrong is the block's.
   template <class F>
-  void at_block(std::uint32_t block, F&& f) const;
+  void at_block(std::uint32_t block, F&& f, const RecordId& record = {}) const;
 
   std::unique_ptr<Decoding> decoding_;
   Header header_;

@@ -27,14 +27,14 @@ METHODS = {  # predict, evaluate
 }
 COMMANDS = {
     "build": ["--output", "--field", "--max-field-error", "--max-domain-error", "--target-vertices", "--min-quality",
-              "--method", "--objective", "--predict", "--evaluate", "--max-star", "--threads", "--force", "--json",
-              "--quiet"],
+              "--method", "--objective", "--predict", "--evaluate", "--max-star", "--threads", "--checkpoint",
+              "--checkpoint-every", "--resume", "--force", "--json", "--quiet"],
     "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--bytes", "--milliseconds",
                 "--focus", "--focus-error", "--focus-falloff", "--isovalue", "--values", "--view", "--pixels",
                 "--outside", "--errors", "--salvage", "--json"],
     "info": ["--levels", "--json"],
     "measure": ["--field", "--exact", "--samples", "--seed", "--tolerance", "--threads", "--errors", "--json"],
-    "verify": ["--original", "--json"],
+    "verify": ["--original", "--samples", "--json"],
     "dump": ["--annotate"],
 }
 
@@ -558,6 +558,92 @@ class Reports(Case):
         self.assertIn("missing", wrong(points, [*tets[:-1], [0, 1, 30, 120]], meshes.wave(points)))
         moved = [*points[:-1], (1.0, 1.0, 1.0 + 2 ** -52)]
         self.assertIn("vertex", wrong(moved, tets, meshes.wave(points)))
+
+
+    def test_verify_lists_all_that_it_finds(self):
+        data = bytearray(self.built_grid(6).read_bytes())
+        blocks = [int(line.split("bytes ")[1].split()[0]) for line in self.ptet("dump", "grid.ptet").stdout.splitlines()
+                  if line.startswith("block ")]
+        for offset in [12, blocks[-1] + 3, blocks[0] + 3]:  # a reserved field, under a header hash that is wrong then
+            data[offset] ^= 1
+        (self.folder / "damaged.ptet").write_bytes(data)
+        done = self.ptet("verify", "damaged.ptet", code=4)
+        for word in ["reserved is 1", "header's hash", "block 0", f"block {len(blocks) - 1}", "4 findings"]:
+            self.assertIn(word, done.stdout)
+        self.assertIn("4 findings", done.stderr)
+        report = json.loads(self.ptet("verify", "damaged.ptet", "--json", "--original", "grid.vtu", code=4).stdout)
+        self.assertEqual((report["ok"], report["wrong_count"], len(report["findings"])), (False, 4, 4))
+        self.assertEqual(sorted(f["block"] for f in report["findings"] if f["block"] is not None),
+                         [0, len(blocks) - 1])
+        self.assertTrue(any("not compared" in note for note in report["notes"]))
+
+    def test_verify_measures_errors(self):
+        self.built_grid(6)
+        errors = self.json("verify", "grid.ptet", "--samples", "all")["stated_errors"]
+        self.assertEqual(errors["records"], self.json("info", "grid.ptet")["records"])
+        self.assertTrue(errors["are_bounds"])
+        self.assertEqual({e["above"] for e in errors["by_name"].values()}, {0})
+        self.assertEqual(self.json("verify", "grid.ptet", "--samples", "7")["stated_errors"]["records"], 7)
+        self.refused(2, "verify", "grid.ptet", "--samples", "0", says="--samples")
+        self.ptet("build", "grid.vtu", "--method", "LN", "-o", "ln.ptet", "-q")
+        errors = self.json("verify", "ln.ptet", "--samples", "all")["stated_errors"]
+        self.assertFalse(errors["are_bounds"])
+        self.assertGreater(sum(e["above"] for e in errors["by_name"].values()), 0)
+
+
+class Checkpoints(Case):
+    def interrupted(self, *arguments, name=signal.SIGTERM):
+        """Starts a build that keeps checkpoints, and sends it the signal once there is one."""
+        checkpoint = self.folder / "b.ckpt"
+        with subprocess.Popen([PTET, "build", "grid.vtu", "--checkpoint", checkpoint.name, "--checkpoint-every", "0",
+                               *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+            while not checkpoint.exists() and run.poll() is None:
+                time.sleep(0.001)
+            run.send_signal(name)
+            out, err = run.communicate(timeout=120)
+        self.assertEqual((run.returncode, out), (130, b""), err)
+        self.assertIn(b"ptet: interrupted; what was done is in 'b.ckpt'", err)
+        self.assertIn(b"--resume", err)
+        self.assertEqual(self.files(), ["b.ckpt", "grid.vtu"])
+
+    def test_a_build_goes_on_after_a_signal(self):
+        self.grid(12)
+        self.ptet("build", "grid.vtu", "-o", "whole.ptet", "-q")
+        whole = (self.folder / "whole.ptet").read_bytes()
+        (self.folder / "whole.ptet").unlink()
+        for name in [signal.SIGTERM, signal.SIGINT]:
+            with self.subTest(signal=name):
+                self.interrupted(name=name)
+                report = self.json("build", "grid.vtu", "--checkpoint", "b.ckpt", "--resume", "--threads", "1")
+                self.assertGreater(report["resumed_records"], 0)
+                self.assertGreater(report["checkpoints"]["bytes"], 0)
+                self.assertEqual(self.files(), ["grid.ptet", "grid.vtu"])
+                self.assertEqual((self.folder / "grid.ptet").read_bytes(), whole)
+                (self.folder / "grid.ptet").unlink()
+
+    def test_what_does_not_fit_is_refused(self):
+        self.grid(12)
+        self.interrupted()
+        kept = (self.folder / "b.ckpt").read_bytes()
+        resume = ["build", "grid.vtu", "--checkpoint", "b.ckpt", "--resume"]
+        self.refused(2, *resume, "--max-star", "40", says=["max-star 64", "40"])
+        self.refused(2, *resume, "--field", "bumpy", says=["field"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint", "b.ckpt", says=["there already", "--resume"])
+        self.refused(6, "build", "grid.vtu", "--checkpoint", "c.ckpt", "--resume", says=["c.ckpt"])
+        self.refused(2, "build", "grid.vtu", "--resume", says=["--resume", "--checkpoint FILE"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint-every", "5m", says=["--checkpoint FILE"])
+        for bad in ["", "5d", "-1", "x", "inf"]:
+            self.refused(2, "build", "grid.vtu", "--checkpoint", "c.ckpt", f"--checkpoint-every={bad}",
+                         says=["--checkpoint-every"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint", "grid.vtu", says=["input"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint", "grid.ptet", says=["output"])
+        self.grid(11)
+        self.refused(2, *resume, says=["another mesh"])
+        self.grid(12)
+        for damaged in [kept[:-1], kept[:10], kept[:300] + b"x" + kept[301:], b"", b"what is this"]:
+            (self.folder / "b.ckpt").write_bytes(damaged)
+            self.refused(4, *resume, says=["b.ckpt", "cannot be used"])
+        self.assertEqual(self.files(), ["b.ckpt", "grid.vtu"])
 
 
 class Methods(Case):

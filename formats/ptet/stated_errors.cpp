@@ -1,0 +1,275 @@
+#include "formats/ptet/stated_errors.hpp"
+
+#include "error/exact_field_error.hpp"
+#include "error/surface_distance.hpp"
+#include "mesh/prepare.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <thread>
+
+namespace ptet::file {
+namespace {
+
+/// Measured errors up to this fraction of the range are rounding, as are distances up to the next of the diagonal.
+constexpr double kFieldRounding = 1e-13;
+constexpr double kDistanceRounding = 1e-12;
+/// A measurement may be above the truth by such a part.
+constexpr double kRelative = 1e-9;
+/// Squared errors are differences of sums: by such a part of their terms they may be off, or of range^2 volume.
+constexpr double kSquaredRelative = 1e-7;
+constexpr double kSquaredRounding = 1e-20;
+/// How well the distance of a face to the original boundary is told.
+constexpr double kDistanceRelative = 0.02;
+/// Records between two reports of progress.
+constexpr std::size_t kBatch = 1024;
+
+/// The records that are looked at, ascending.
+std::vector<std::uint32_t> chosen(std::uint32_t records, std::uint64_t samples) {
+  std::vector<std::uint32_t> all(records);
+  std::iota(all.begin(), all.end(), 0U);
+  if (samples == 0 || samples >= records) return all;
+  std::mt19937_64 random(1);
+  for (std::uint32_t i = 0; i < samples; ++i)
+    std::swap(all[i], all[i + random() % (records - i)]);
+  all.resize(samples);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// For each chosen record C(r).
+std::vector<std::vector<VersionId>> coarse_versions(const Refinement& refinement,
+                                                    const std::vector<std::uint32_t>& records) {
+  std::vector<std::vector<VersionId>> coarse(records.size());
+  for (std::uint32_t t = 0; t < refinement.version_count(); ++t) {
+    const RecordId creator = refinement.creator(VersionId{t});
+    if (creator.is_none()) continue;
+    const auto found = std::lower_bound(records.begin(), records.end(), creator.index());
+    if (found != records.end() && *found == creator.index())
+      coarse[static_cast<std::size_t>(found - records.begin())].push_back(VersionId{t});
+  }
+  return coarse;
+}
+
+/// What was measured of one record.
+struct Measured {
+  std::vector<double> errors; ///< one a field, fractions of the range
+  std::vector<double> rise;   ///< of the integral of the square, one a field, as is the next
+  std::vector<double> terms;  ///< sum of the magnitudes that it is the difference of
+  double distance = 0;        ///< of the faces to the original boundary: attained
+  std::uint64_t versions = 0;
+};
+
+class Measurer {
+public:
+  explicit Measurer(const Verified& verified)
+      : content_(*verified.content), header_(verified.reader->header()), prepared_(prepare(finest_mesh(content_))),
+        id_(content_.positions.size()), boundary_(triangles_of(prepared_)) {
+    for (std::uint32_t v = 0; v < prepared_.original_vertex.size(); ++v)
+      id_[prepared_.original_vertex[v].index()] = VertexId{v};
+    for (std::uint32_t a = 0; a < header_.arrays.size(); ++a)
+      if (header_.arrays[a].governing) add_field(a);
+    interleave();
+    exact_.emplace(prepared_, ChannelView{values_, field_of_.size(), field_of_});
+  }
+
+  [[nodiscard]] std::size_t field_count() const { return range_.size(); }
+  [[nodiscard]] double range(std::size_t f) const { return range_[f]; }
+  [[nodiscard]] const ExactFieldError& exact() const { return *exact_; }
+
+  [[nodiscard]] Measured measure(RecordId r, const std::vector<VersionId>& coarse,
+                                 ExactFieldError::Workspace& workspace) const {
+    const Refinement& refinement = content_.refinement;
+    const std::size_t fields = field_count();
+    Measured measured{std::vector<double>(fields), std::vector<double>(fields), std::vector<double>(fields), 0, 0};
+    std::vector<double> squared(fields), ignored(fields);
+    const auto add = [&](VersionId t, std::vector<double>& errors, double sign) {
+      std::fill(squared.begin(), squared.end(), 0.0);
+      exact_->measure(numbered(refinement.vertices(t)), workspace, errors, squared);
+      ++measured.versions;
+      for (std::size_t f = 0; f < fields; ++f) {
+        measured.rise[f] += sign * squared[f];
+        measured.terms[f] += squared[f];
+      }
+    };
+    const double enough =
+        decode_error(content_.own[(r.index() + std::size_t{1}) * content_.errors_per_record - 1], header_.diagonal) +
+        kDistanceRounding * header_.diagonal;
+    for (const VersionId t : coarse) {
+      if (refinement.is_ghost(t))
+        measured.distance = std::max(measured.distance, distance_of(refinement.vertices(t), enough));
+      else
+        add(t, measured.errors, 1);
+    }
+    if (!header_.has_squared_errors) return measured;
+    const std::uint32_t first = refinement.first_fine(r).index();
+    for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) // original ones have no error
+      if (!refinement.is_ghost(VersionId{t}) && !refinement.creator(VersionId{t}).is_none())
+        add(VersionId{t}, ignored, -1);
+    return measured;
+  }
+
+private:
+  static std::vector<Triangle> triangles_of(const PreparedMesh& mesh) {
+    std::vector<Triangle> triangles;
+    for (const Face& face : mesh.boundary_faces)
+      triangles.push_back({mesh.points[face[0].index()], mesh.points[face[1].index()], mesh.points[face[2].index()]});
+    return triangles;
+  }
+  void add_field(std::uint32_t array) {
+    range_.push_back(header_.arrays[array].range > 0 ? header_.arrays[array].range : 1);
+    array_.push_back(array);
+    for (std::uint32_t c = 0; c < header_.arrays[array].components; ++c)
+      field_of_.push_back(range_.size() - 1);
+  }
+  /// Vertex x channel, in fractions of the ranges.
+  void interleave() {
+    values_.resize(prepared_.used_vertex_count * field_of_.size());
+    std::size_t channel = 0;
+    for (std::size_t f = 0; f < array_.size(); ++f) {
+      const PointArray& values = prepared_.mesh.point_arrays[array_[f]];
+      for (std::uint32_t c = 0; c < values.components; ++c, ++channel)
+        for (std::uint32_t v = 0; v < prepared_.used_vertex_count; ++v)
+          values_[v * field_of_.size() + channel] = values.value(v, c) / range_[f];
+    }
+  }
+  [[nodiscard]] Tet numbered(const Tet& tet) const {
+    Tet result;
+    for (std::size_t i = 0; i < 4; ++i)
+      result[i] = id_[tet[i].index()];
+    return result;
+  }
+  /// Attained by a point of the face; looked for until it is clear that none is beyond `enough`.
+  [[nodiscard]] double distance_of(const Tet& ghost, double enough) const {
+    Triangle face;
+    std::size_t i = 0;
+    for (const VertexId v : ghost)
+      if (v != kDummyVertex) face[i++] = prepared_.points[id_[v.index()].index()];
+    return boundary_.farthest(face, kDistanceRelative, enough).lower;
+  }
+
+  const Content& content_;
+  const Header& header_;
+  PreparedMesh prepared_;
+  std::vector<VertexId> id_; ///< of a vertex of the file in prepared_
+  TriangleSurface boundary_;
+  std::vector<double> range_;         ///< by field
+  std::vector<std::uint32_t> array_;  ///< by field
+  std::vector<std::size_t> field_of_; ///< by channel
+  std::vector<double> values_;
+  std::optional<ExactFieldError> exact_;
+};
+
+/// What the file states of one record against what was measured.
+class Judge {
+public:
+  Judge(const Verified& verified, const Measurer& measurer, StatedErrors& result, const Violations& violations)
+      : content_(*verified.content), reader_(*verified.reader), measurer_(measurer), result_(result),
+        violations_(violations) {
+    for (std::uint32_t b = 0; b < reader_.blocks().size(); ++b)
+      block_of_.insert(block_of_.end(), reader_.blocks()[b].record_count, b);
+    for (const ArrayInfo& array : reader_.header().arrays)
+      if (array.governing) result.errors.push_back({array.name, 0, 0, 0});
+    result.errors.push_back({"domain", 0, 0, 0});
+  }
+
+  void judge(std::uint32_t r, const Measured& measured) {
+    const std::size_t codes = content_.errors_per_record;
+    const ErrorCode16* const own = content_.own.data() + r * codes;
+    for (std::size_t f = 0; f + 1 < codes; ++f) {
+      const double range = measurer_.range(f);
+      compare(r, f, measured.errors[f] * range, decode_error(own[f], range), kFieldRounding * range,
+              "its error of '" + result_.errors[f].name + "' is above the stated one");
+      if (reader_.header().has_squared_errors) compare_squares(r, f, measured);
+    }
+    const double diagonal = reader_.header().diagonal;
+    compare(r, codes - 1, measured.distance, decode_error(own[codes - 1], diagonal), kDistanceRounding * diagonal,
+            "its domain error is above the stated one");
+    ++result_.records;
+    result_.versions += measured.versions;
+  }
+
+private:
+  void wrong(std::uint32_t r, const std::string& what) {
+    if (result_.are_bounds) violations_({what, reader_.blocks()[block_of_[r]].offset, block_of_[r], r, {}});
+  }
+  void compare(std::uint32_t r, std::size_t i, double measured, double stated, double rounding,
+               const std::string& what) {
+    StatedError& error = result_.errors[i];
+    error.most = std::max(error.most, measured);
+    if (measured <= std::max(stated * (1 + kRelative), rounding)) return;
+    ++error.above;
+    error.most_above =
+        std::max(error.most_above, stated > 0 ? measured / stated : std::numeric_limits<double>::infinity());
+    wrong(r, what);
+  }
+  void compare_squares(std::uint32_t r, std::size_t f, const Measured& measured) {
+    const double volume = reader_.header().volume;
+    const SquaredErrorCode code = content_.squared_error[r * (content_.errors_per_record - 1) + f];
+    const double rise = measured.rise[f] / volume;
+    const double slack = kSquaredRelative * measured.terms[f] / volume + kSquaredRounding;
+    const double upper = decode_squared_error(code);
+    const double lower = decode_squared_error(static_cast<SquaredErrorCode>(code - 1));
+    if (rise <= upper + slack && rise >= lower - slack) return;
+    wrong(r, "its squared error of '" + result_.errors[f].name + "' is not the one stated");
+  }
+
+  const Content& content_;
+  const Reader& reader_;
+  const Measurer& measurer_;
+  StatedErrors& result_;
+  const Violations& violations_;
+  std::vector<std::uint32_t> block_of_;
+};
+
+bool says_exact(const Manifest& manifest) {
+  return std::find(manifest.options.begin(), manifest.options.end(),
+                   std::pair<std::string, std::string>{"evaluate", "exact"}) != manifest.options.end();
+}
+
+} // namespace
+
+StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples, const Violations& violations,
+                                 const ProgressCallback& progress) {
+  const auto go_on = [&](std::uint64_t done, std::uint64_t total) {
+    if (progress && !progress({"measuring errors", done, total}))
+      throw Error(ErrorCode::kCancelled, "the verification was cancelled");
+  };
+  StatedErrors result;
+  result.are_bounds = says_exact(verified.reader->manifest());
+  go_on(0, 0);
+  const Measurer measurer(verified);
+  Judge judge(verified, measurer, result, violations);
+  const auto records = chosen(verified.content->refinement.record_count(), samples);
+  const auto coarse = coarse_versions(verified.content->refinement, records);
+
+  const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
+  std::vector<ExactFieldError::Workspace> workspaces(threads, ExactFieldError::Workspace(measurer.exact()));
+  std::vector<Measured> measured;
+  for (std::size_t begin = 0; begin < records.size(); begin += kBatch) {
+    go_on(begin, records.size());
+    const std::size_t end = std::min(begin + kBatch, records.size());
+    measured.assign(end - begin, {});
+    std::atomic<std::size_t> next{begin};
+    const auto work = [&](ExactFieldError::Workspace& workspace) {
+      for (std::size_t i = next++; i < end; i = next++)
+        measured[i - begin] = measurer.measure(RecordId{records[i]}, coarse[i], workspace);
+    };
+    {
+      std::vector<std::jthread> others;
+      for (std::size_t k = 1; k < threads; ++k)
+        others.emplace_back([&, k] { work(workspaces[k]); });
+      work(workspaces[0]);
+    }
+    for (std::size_t i = begin; i < end; ++i)
+      judge.judge(records[i], measured[i - begin]);
+  }
+  return result;
+}
+
+} // namespace ptet::file

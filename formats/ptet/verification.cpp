@@ -1,0 +1,385 @@
+#include "formats/ptet/verification.hpp"
+
+#include "formats/ptet/layout.hpp"
+#include "mesh/predicates.hpp"
+#include "mesh/vec3.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <tuple>
+
+namespace ptet::file {
+namespace {
+
+/// A block that cannot be decoded makes all be decoded once more, without it. After so many the rest is left.
+constexpr int kMostAttempts = 32;
+/// Records or versions between two reports of progress.
+constexpr std::uint32_t kBatch = 16384;
+/// By so much the volume may differ: it is a sum in another order.
+constexpr double kVolumeSlack = 1e-9;
+
+void go_on(const ProgressCallback& progress, const char* stage, std::uint64_t done, std::uint64_t total) {
+  if (progress && !progress({stage, done, total})) throw Error(ErrorCode::kCancelled, "the verification was cancelled");
+}
+
+/// Tells every violation once.
+class Teller {
+public:
+  explicit Teller(const Violations& violations) : violations_(violations) {}
+  void operator()(const Violation& violation) {
+    if (told_.emplace(violation.what, violation.offset, violation.block, violation.record, violation.version).second)
+      violations_(violation);
+  }
+
+private:
+  using Number = std::optional<std::uint32_t>;
+  const Violations& violations_;
+  std::set<std::tuple<std::string, std::optional<std::uint64_t>, Number, Number, Number>> told_;
+};
+
+Violation violation_of(const Error& error) {
+  return {error.what(), error.byte_offset(), {}, {}, {}};
+}
+
+/// Only kCorruptFile is about the file.
+void rethrow_unless_corrupt(const Error& error) {
+  if (error.code() != ErrorCode::kCorruptFile) throw Error(error);
+}
+
+/// The hashes of all sections, those too that a reader never comes to.
+void check_section_hashes(ByteSource& source, Teller& tell) {
+  const std::uint64_t size = source.size();
+  if (size < kHeaderBytes + kFooterBytes) return;
+  const auto bytes_at = [&](std::uint64_t offset, std::uint64_t count) {
+    std::vector<std::byte> bytes(count);
+    source.read(offset, bytes);
+    return bytes;
+  };
+  const Violations told_before = [](const Violation&) {};
+  std::vector<Section> sections;
+  try {
+    const auto footer_bytes = bytes_at(size - kFooterBytes, kFooterBytes);
+    ByteReader in(footer_bytes, "footer", size - kFooterBytes);
+    in.tell(&told_before);
+    const Footer footer = parse_footer(in);
+    const std::uint64_t bytes = footer.section_count * kSectionBytes;
+    if (bytes > size - kHeaderBytes - kFooterBytes) return;
+    const auto directory = bytes_at(size - kFooterBytes - bytes, bytes);
+    ByteReader rows(directory, "directory", size - kFooterBytes - bytes);
+    rows.tell(&told_before);
+    sections = parse_directory(rows, footer.section_count);
+  } catch (const Error& error) {
+    rethrow_unless_corrupt(error);
+    return; // the reader has met it
+  }
+  for (const Section& section : sections) {
+    if (section.kind == static_cast<std::uint32_t>(SectionKind::kBlocks)) continue;
+    if (section.stored_bytes > size || section.offset > size - section.stored_bytes) continue;
+    if (hash_of(bytes_at(section.offset, section.stored_bytes)) == section.hash) continue;
+    tell(
+        {std::string("the ") + name_of(static_cast<SectionKind>(section.kind)) + " is corrupt: its hash does not match",
+         section.offset,
+         {},
+         {},
+         {}});
+  }
+}
+
+// ---- decoding ----
+
+/// Decodes what can be.
+class Decoder {
+public:
+  Decoder(Verified& verified, Teller& tell, Violations& told_by_reader, const ProgressCallback& progress)
+      : verified_(verified), tell_(tell), told_by_reader_(told_by_reader), progress_(progress),
+        left_out_(verified.reader->blocks().size()) {}
+
+  void run() {
+    fetch();
+    for (int attempt = 0;; ++attempt) {
+      leave_out_dependents();
+      std::vector<Violation> found;
+      told_by_reader_ = [&](const Violation& violation) { found.push_back(violation); };
+      const bool done = decode();
+      told_by_reader_ = [this](const Violation& violation) { tell_(violation); };
+      if (!done && attempt + 1 < kMostAttempts && verified_.content) continue;
+      for (const Violation& violation : found)
+        tell_(violation);
+      if (!done) verified_.content.reset();
+      break;
+    }
+    note_left_out();
+  }
+
+private:
+  [[nodiscard]] const std::vector<BlockInfo>& blocks() const { return verified_.reader->blocks(); }
+
+  void fetch() {
+    std::vector<std::uint32_t> all(blocks().size());
+    for (std::uint32_t b = 0; b < all.size(); ++b)
+      all[b] = b;
+    go_on(progress_, "checking the hashes of blocks", 0, all.size());
+    fetched_ = verified_.reader->fetch(all, [&](std::uint32_t block, const Error& error) {
+      rethrow_unless_corrupt(error);
+      left_out_[block] = 1;
+      tell_({"the hash of a block does not match", blocks()[block].offset, block, {}, {}});
+    });
+  }
+
+  /// With a block all go that need it.
+  void leave_out_dependents() {
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (std::uint32_t b = 0; b < blocks().size(); ++b) {
+        if (left_out_[b] != 0) continue;
+        for (const std::uint32_t needed : blocks()[b].needs)
+          if (left_out_[needed] != 0) left_out_[b] = 2;
+        changed |= left_out_[b] != 0;
+      }
+    }
+  }
+
+  /// False when something could not be decoded: a block, which is left out from now on, or the base, and then there is
+  /// no content.
+  bool decode() {
+    verified_.content.reset();
+    verified_.decoded.clear();
+    std::vector<FetchedBlock> wanted;
+    std::uint64_t records = 0, done = 0;
+    for (const FetchedBlock& block : fetched_) {
+      if (left_out_[block.block] != 0) continue;
+      wanted.push_back(block);
+      verified_.decoded.push_back(block.block);
+      records += blocks()[block.block].record_count;
+    }
+    try {
+      verified_.content = verified_.reader->read_base();
+      Content& content = *verified_.content;
+      Reader::Batch batch = verified_.reader->begin(std::move(wanted), content);
+      do
+        go_on(progress_, "decoding", std::min(done, records), records);
+      while (done += kBatch, batch.step(content, kBatch));
+      batch.check(content);
+      return true;
+    } catch (const BlockError& error) {
+      rethrow_unless_corrupt(error);
+      const auto record = error.record.is_none() ? std::nullopt : std::optional(error.record.index());
+      tell_({error.what(), error.block_offset, error.block, record, {}});
+      left_out_[error.block] = 1;
+    } catch (const Error& error) {
+      rethrow_unless_corrupt(error);
+      tell_(violation_of(error));
+      verified_.content.reset();
+    }
+    return false;
+  }
+
+  void note_left_out() {
+    if (!verified_.content) {
+      verified_.notes.emplace_back("the records were not looked at");
+      return;
+    }
+    const auto dependents = std::count(left_out_.begin(), left_out_.end(), 2);
+    if (dependents > 0)
+      verified_.notes.push_back(std::to_string(dependents) +
+                                " blocks were not decoded, because they need blocks that cannot be");
+  }
+
+  Verified& verified_;
+  Teller& tell_;
+  Violations& told_by_reader_;
+  const ProgressCallback& progress_;
+  std::vector<char> left_out_; ///< by block: 1: cannot be decoded, 2: needs one that cannot
+  std::vector<FetchedBlock> fetched_;
+};
+
+// ---- records ----
+
+std::vector<std::uint32_t> blocks_by_record(const Reader& reader) {
+  std::vector<std::uint32_t> block_of;
+  for (std::uint32_t b = 0; b < reader.blocks().size(); ++b)
+    block_of.insert(block_of.end(), reader.blocks()[b].record_count, b);
+  return block_of;
+}
+
+/// What the specification says of records and a reader does not check.
+void check_records(const Verified& verified, Teller& tell, std::vector<std::string>& notes) {
+  const Reader& reader = *verified.reader;
+  const Content& content = *verified.content;
+  const std::size_t codes = content.errors_per_record;
+  const auto block_of = blocks_by_record(reader);
+  const auto wrong = [&](std::uint32_t r, const char* what) {
+    tell({what, reader.blocks()[block_of[r]].offset, block_of[r], r, {}});
+  };
+  std::vector<ErrorCode16> expected = content.own;
+  std::vector<char> is_used(reader.blocks().size()); // by needed block, of the block at hand
+  std::uint64_t superfluous = 0;
+  for (const std::uint32_t b : verified.decoded) {
+    const BlockInfo& block = reader.blocks()[b];
+    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+      std::uint32_t generation = 0;
+      for (const RecordId parent : content.refinement.parents(RecordId{r})) {
+        generation = std::max(generation, content.generation[parent.index()] + 1);
+        is_used[block_of[parent.index()]] = 1;
+        for (std::size_t i = 0; i < codes; ++i) {
+          ErrorCode16& most = expected[parent.index() * codes + i];
+          most = std::max(most, content.monotone[r * codes + i]);
+        }
+      }
+      if (content.generation[r] != generation)
+        wrong(r, "its generation is not one more than the greatest of its parents");
+    }
+    for (const std::uint32_t needed : block.needs)
+      superfluous += is_used[needed] != 0 ? 0 : 1;
+    std::fill(is_used.begin(), is_used.end(), 0);
+  }
+  if (superfluous > 0)
+    notes.push_back("the table names " + std::to_string(superfluous) + " needed blocks in which there is no parent");
+  if (!verified.is_whole()) return; // what depends on a record may be missing
+  for (std::uint32_t r = 0; r < content.refinement.record_count(); ++r)
+    for (std::size_t i = 0; i < codes; ++i)
+      if (content.monotone[r * codes + i] > expected[r * codes + i]) {
+        wrong(r, "its monotone error is greater than its own and those of all that depend on it");
+        break;
+      }
+}
+
+// ---- geometry ----
+
+Point position(const Content& content, VertexId v) {
+  const PointArray& table = content.positions;
+  return {table.value(v.index(), 0), table.value(v.index(), 1), table.value(v.index(), 2)};
+}
+
+int orientation_of(const Content& content, const Tet& tet) {
+  return orientation(position(content, tet[0]), position(content, tet[1]), position(content, tet[2]),
+                     position(content, tet[3]));
+}
+
+/// The fine version that became the coarse version `t` in the collapse of `record`; none when there is none.
+VersionId fine_of(const Refinement& refinement, VersionId t, RecordId record) {
+  Tet wanted = refinement.vertices(t);
+  std::replace(wanted.begin(), wanted.end(), refinement.target(record), refinement.vertex_of(record));
+  std::sort(wanted.begin(), wanted.end());
+  const std::uint32_t first = refinement.first_fine(record).index();
+  for (std::uint32_t fine = first; fine < first + refinement.fine_count(record); ++fine) {
+    Tet corners = refinement.vertices(VersionId{fine});
+    std::sort(corners.begin(), corners.end());
+    if (corners == wanted) return VersionId{fine};
+  }
+  return {};
+}
+
+/// Flat tets of the original are tolerated, and with them what they become; never anything inverted, and nothing flat
+/// that comes from a tet that was not.
+void check_orientations(Verified& verified, Teller& tell, const ProgressCallback& progress) {
+  const Content& content = *verified.content;
+  const Refinement& refinement = content.refinement;
+  const auto block_of = blocks_by_record(*verified.reader);
+  const auto wrong = [&](std::uint32_t t, const char* what) {
+    const RecordId maker = refinement.consumer(VersionId{t});
+    if (maker.is_none())
+      tell({what, {}, {}, {}, t});
+    else
+      tell(
+          {what, verified.reader->blocks()[block_of[maker.index()]].offset, block_of[maker.index()], maker.index(), t});
+  };
+  std::uint64_t flat_originals = 0;
+  verified.is_oriented = true;
+  for (std::uint32_t t = 0; t < refinement.version_count(); ++t) {
+    if (t % kBatch == 0) go_on(progress, "checking orientations", t, refinement.version_count());
+    if (refinement.is_ghost(VersionId{t})) continue;
+    const int sign = orientation_of(content, refinement.vertices(VersionId{t}));
+    if (sign > 0) continue;
+    const RecordId creator = refinement.creator(VersionId{t});
+    if (sign < 0) {
+      wrong(t, "a tet (version) is inverted");
+      verified.is_oriented = false;
+    } else if (creator.is_none()) {
+      ++flat_originals; // what orientation it has is for its neighbours to say
+    } else {
+      const VersionId before = fine_of(refinement, VersionId{t}, creator);
+      if (before.is_none() || orientation_of(content, refinement.vertices(before)) != 0)
+        wrong(t, "a tet (version) is flat and comes from one that is not");
+    }
+  }
+  if (flat_originals > 0 && verified.is_whole())
+    verified.notes.push_back(std::to_string(flat_originals) + (flat_originals == 1 ? " flat tet" : " flat tets") +
+                             " in the original");
+}
+
+/// What the header says of the mesh.
+void check_header(const Verified& verified, Teller& tell) {
+  using namespace vec;
+  const Header& header = verified.reader->header();
+  const TetMesh mesh = finest_mesh(*verified.content);
+  Point least, greatest;
+  least.fill(std::numeric_limits<double>::infinity());
+  greatest.fill(-std::numeric_limits<double>::infinity());
+  double volume = 0;
+  for (const Tet& tet : mesh.tets) {
+    std::array<Point, 4> p;
+    for (std::size_t i = 0; i < 4; ++i) {
+      p[i] = mesh.position(tet[i]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        least[axis] = std::min(least[axis], p[i][axis]);
+        greatest[axis] = std::max(greatest[axis], p[i][axis]);
+      }
+    }
+    volume += std::abs(dot(p[1] - p[0], cross(p[2] - p[0], p[3] - p[0]))) / 6;
+  }
+  if (mesh.tets.empty()) return;
+  if (least != header.box_min || greatest != header.box_max)
+    tell({"the bounding box of the header is not that of the mesh", 56, {}, {}, {}});
+  if (header.volume > 0 && !(std::abs(header.volume - volume) <= kVolumeSlack * volume))
+    tell({"the volume of the header is not that of the mesh", 112, {}, {}, {}});
+}
+
+} // namespace
+
+TetMesh finest_mesh(const Content& content) {
+  TetMesh mesh;
+  mesh.positions = content.positions;
+  mesh.point_arrays = content.arrays;
+  const Refinement& refinement = content.refinement;
+  for (std::uint32_t t = 0; t < refinement.version_count(); ++t)
+    if (!refinement.is_ghost(VersionId{t}) && refinement.creator(VersionId{t}).is_none())
+      mesh.tets.push_back(refinement.vertices(VersionId{t}));
+  return mesh;
+}
+
+Verified verify(const std::shared_ptr<ByteSource>& source, const Violations& violations,
+                const ProgressCallback& progress) {
+  Verified verified;
+  Teller tell(violations);
+  // The reader lives longer than this call.
+  const auto told_by_reader = std::make_shared<Violations>([&tell](const Violation& violation) { tell(violation); });
+  go_on(progress, "reading", 0, 0);
+  try {
+    verified.reader = std::make_unique<Reader>(
+        source, OpenOptions{}, [told_by_reader](const Violation& violation) { (*told_by_reader)(violation); });
+  } catch (const Error& error) {
+    rethrow_unless_corrupt(error);
+    tell(violation_of(error));
+    verified.reader.reset();
+  }
+  check_section_hashes(*source, tell);
+  if (!verified.reader) {
+    verified.notes.emplace_back("what the table and the records say was not looked at");
+    return verified;
+  }
+  Decoder(verified, tell, *told_by_reader, progress).run();
+  *told_by_reader = [](const Violation&) {};
+  if (!verified.content) return verified;
+  go_on(progress, "checking the structure", 0, 0);
+  if (const std::string broken = verified.content->refinement.validate(); !broken.empty())
+    tell({broken, {}, {}, {}, {}});
+  check_records(verified, tell, verified.notes);
+  check_orientations(verified, tell, progress);
+  if (verified.is_whole()) check_header(verified, tell);
+  return verified;
+}
+
+} // namespace ptet::file

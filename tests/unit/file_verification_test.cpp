@@ -1,0 +1,428 @@
+// The verification finds what is wrong, all of it and where: files broken in every way that the format has rules for,
+// several ways at once, and errors that are not true.
+#include "build/builder.hpp"
+#include "build/certify.hpp"
+#include "formats/ptet/stated_errors.hpp"
+#include "formats/ptet/verification.hpp"
+#include "formats/ptet/writer.hpp"
+#include "mesh/prepare.hpp"
+#include "ptet/error.hpp"
+#include "support/file_parts.hpp"
+#include "support/meshes.hpp"
+#include "support/naive_simplifier.hpp"
+#include "support/stream_extras.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <random>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+using namespace ptet::test;
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+using Found = std::vector<file::Violation>;
+
+const file::Manifest kExactManifest{"0.1.0", "sample", "xxh64:0", {{"evaluate", "exact"}}, {}};
+
+/// Some blocks of small grids.
+Bytes sample_file() {
+  static const Bytes bytes = [] {
+    const TetMesh mesh = grid({{6, 6, 6}, {}, 2, 1});
+    RecordStream records = simplify_naively(mesh);
+    add_random_squared_errors(records, 6);
+    records.volume = build::volume_of(prepare(mesh));
+    return file::encode(mesh, records, kExactManifest);
+  }();
+  return bytes;
+}
+
+Found verify(const Bytes& bytes, std::vector<std::string>* notes = nullptr) {
+  Found found;
+  const file::Verified verified =
+      file::verify(file::over_memory(bytes), [&](const file::Violation& violation) { found.push_back(violation); });
+  if (notes != nullptr) *notes = verified.notes;
+  CHECK((verified.is_whole() || !found.empty()));
+  return found;
+}
+
+std::string list_of(const Found& found) {
+  std::string list = std::to_string(found.size()) + " found:";
+  for (const file::Violation& violation : found)
+    list += "\n  " + violation.what;
+  return list;
+}
+
+const file::Violation* find(const Found& found, const std::string& what) {
+  const auto at = std::find_if(found.begin(), found.end(),
+                               [&](const file::Violation& v) { return v.what.find(what) != std::string::npos; });
+  return at == found.end() ? nullptr : &*at;
+}
+
+template <class T>
+void put(Bytes& bytes, std::size_t offset, T value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+template <class T>
+T get(const Bytes& bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+/// Changes the header under a right hash.
+Bytes with_header(const Bytes& bytes, const std::function<void(Bytes&)>& change) {
+  FileParts parts(bytes);
+  change(parts.header);
+  return parts.join();
+}
+/// Changes the rows of the directory under a right hash.
+Bytes with_directory(Bytes bytes, const std::function<void(std::vector<file::Section>&)>& change) {
+  const auto count = get<std::uint32_t>(bytes, bytes.size() - 32);
+  const auto offset = get<std::uint64_t>(bytes, bytes.size() - 40);
+  file::ByteReader in(std::span<const std::byte>(bytes).subspan(offset, count * file::kSectionBytes), "directory", 0);
+  auto sections = file::parse_directory(in, count);
+  change(sections);
+  file::ByteWriter out;
+  file::put_directory(out, sections);
+  std::copy(out.bytes().begin(), out.bytes().end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset));
+  put(bytes, bytes.size() - 24, file::hash_of(out.bytes()));
+  return bytes;
+}
+Bytes with_rows(const Bytes& bytes, const std::function<void(std::vector<file::TableRow>&)>& change) {
+  FileParts parts(bytes);
+  auto rows = parts.rows();
+  change(rows);
+  parts.set_rows(rows);
+  return parts.join();
+}
+file::Section& section(std::vector<file::Section>& sections, file::SectionKind kind) {
+  return *std::find_if(sections.begin(), sections.end(), [&](const auto& s) { return FileParts::is(s, kind); });
+}
+
+/// A block that others need, and one that no other needs.
+struct Chosen {
+  std::uint32_t needed = 0, leaf = 0, dependents = 0;
+};
+Chosen choose(const Bytes& bytes) {
+  const file::Reader reader(file::over_memory(bytes));
+  Chosen chosen;
+  std::vector<char> is_needed(reader.blocks().size());
+  for (const file::BlockInfo& block : reader.blocks())
+    for (const std::uint32_t b : block.needs)
+      is_needed[b] = 1;
+  REQUIRE(reader.blocks().size() > 2);
+  for (std::uint32_t b = 0; b < is_needed.size(); ++b)
+    if (is_needed[b] == 0) chosen.leaf = b;
+  chosen.needed = static_cast<std::uint32_t>(std::find(is_needed.begin(), is_needed.end(), 1) - is_needed.begin());
+  REQUIRE(chosen.needed < is_needed.size());
+  return chosen;
+}
+
+} // namespace
+
+TEST_CASE("verification: nothing is found in a sound file") {
+  const Found found = verify(sample_file());
+  INFO(list_of(found));
+  CHECK(found.empty());
+}
+
+TEST_CASE("verification: each way to break the layout is found, alone, with its place") {
+  const Bytes good = sample_file();
+  using Kind = file::SectionKind;
+  struct Way {
+    const char* says;
+    std::optional<std::uint64_t> offset;
+    Bytes bytes;
+  };
+  std::vector<Way> ways;
+  Bytes damaged = good;
+  put(damaged, 120, get<std::uint64_t>(good, 120) ^ 1);
+  ways.push_back({"header's hash", 0, damaged});
+  ways.push_back({"reserved is 5", {}, with_header(good, [](Bytes& h) { put<std::uint32_t>(h, 12, 5); })});
+  ways.push_back({"reserved flag is set", {}, with_header(good, [](Bytes& h) { put<std::uint16_t>(h, 54, 0x11); })});
+  ways.push_back({"bounding box of the header", 56, with_header(good, [](Bytes& h) { put(h, 56, -1e6); })});
+  ways.push_back({"number of tets of the header", 0,
+                  with_header(good, [](Bytes& h) { put<std::uint32_t>(h, 28, get<std::uint32_t>(h, 28) - 1); })});
+  damaged = good;
+  put<std::uint32_t>(damaged, good.size() - 28, 7);
+  ways.push_back({"reserved is 7", {}, damaged});
+  damaged = good;
+  put<std::uint64_t>(damaged, good.size() - 16, 1234);
+  ways.push_back({"should have 1234", good.size(), damaged});
+  damaged = good;
+  put<std::uint64_t>(damaged, good.size() - 24, 1);
+  ways.push_back({"directory's hash", get<std::uint64_t>(good, good.size() - 40), damaged});
+  ways.push_back({"flag of a section", {}, with_directory(good, [](auto& s) { s[0].flags |= 8; })});
+  ways.push_back({"not marked so", {}, with_directory(good, [](auto& s) { s[1].flags = 0; })});
+  ways.push_back({"blocks' row", {}, with_directory(good, [](auto& s) { section(s, Kind::kBlocks).hash = 5; })});
+  for (const Kind kind : {Kind::kArrays, Kind::kModel, Kind::kBase, Kind::kManifest, Kind::kTable}) {
+    std::uint64_t offset = 0;
+    Bytes bytes = with_directory(good, [&](auto& s) {
+      section(s, kind).hash ^= 1;
+      offset = section(s, kind).offset;
+    });
+    ways.push_back({file::name_of(kind), offset, std::move(bytes)});
+  }
+  FileParts parts(good);
+  parts.sections.push_back({77, file::kMandatory, 0, 0, 0, 0});
+  parts.raw.push_back(Bytes(5, std::byte{42}));
+  ways.push_back({"section 77 is mandatory but unknown", {}, parts.join()});
+  parts.sections.back().flags = 0;
+  ways.push_back({"unknown section", {}, with_directory(parts.join(), [](auto& s) { s.back().hash ^= 1; })});
+  parts = FileParts(good);
+  parts.of(Kind::kManifest).push_back(std::byte{0});
+  ways.push_back({"1 bytes too many", {}, parts.join()});
+  for (const Way& way : ways) {
+    const Found found = verify(way.bytes);
+    INFO(way.says << "; " << list_of(found));
+    REQUIRE(found.size() == 1);
+    CHECK(find(found, way.says) != nullptr);
+    CHECK(found[0].offset.has_value());
+    if (way.offset) CHECK(found[0].offset == way.offset);
+  }
+}
+
+TEST_CASE("verification: a volume that is not that of the mesh") {
+  const TetMesh mesh = grid({{3, 3, 3}, {}, 2, 1});
+  RecordStream records = simplify_naively(mesh);
+  records.volume = build::volume_of(prepare(mesh));
+  CHECK(verify(file::encode(mesh, records, kExactManifest)).empty());
+  records.volume *= 1 + 1e-6;
+  const Found found = verify(file::encode(mesh, records, kExactManifest));
+  INFO(list_of(found));
+  REQUIRE(found.size() == 1);
+  CHECK(find(found, "volume of the header") != nullptr);
+}
+
+TEST_CASE("verification: a table that is not that of its blocks") {
+  const Bytes good = sample_file();
+  struct Way {
+    const char* says;
+    std::function<void(file::BlockInfo&)> change;
+  };
+  const Way ways[] = {
+      {"bounding box is not", [](file::BlockInfo& b) { b.box_min[1] -= 1; }},
+      {"errors are not those", [](file::BlockInfo& b) { b.max_error[0] += 1; }},
+      {"squared errors are not", [](file::BlockInfo& b) { b.squared_error[0] += 1; }},
+  };
+  for (const Way& way : ways) {
+    const Found found = verify(with_rows(good, [&](auto& rows) { way.change(rows[1].info); }));
+    INFO(way.says << "; " << list_of(found));
+    REQUIRE(found.size() == 1);
+    CHECK(find(found, way.says) != nullptr);
+    CHECK(found[0].block == 1);
+  }
+  std::vector<std::string> notes;
+  const Found found = verify(with_rows(good,
+                                       [&](auto& rows) {
+                                         REQUIRE(rows[0].info.needs.empty());
+                                         rows[0].info.max_error[1] = 2048; // out of range, and not that of its records
+                                       }),
+                             &notes);
+  INFO(list_of(found));
+  CHECK(find(found, "max_error is out of range") != nullptr);
+  CHECK(find(found, "errors are not those") != nullptr);
+  CHECK(found.size() == 2);
+}
+
+TEST_CASE("verification: a damaged block leaves the others to be looked at") {
+  const Bytes good = sample_file();
+  const Chosen chosen = choose(good);
+  FileParts parts(good);
+  const auto rows = parts.rows();
+  const auto damage = [&](std::uint32_t block) {
+    Bytes& blocks = parts.of(file::SectionKind::kBlocks);
+    blocks[rows[block].info.offset + rows[block].info.stored_bytes / 2] ^= std::byte{255};
+  };
+  damage(chosen.leaf);
+  Found found = verify(parts.join());
+  INFO(list_of(found));
+  REQUIRE(found.size() == 1);
+  CHECK(find(found, "hash of a block") != nullptr);
+  CHECK(found[0].block == chosen.leaf);
+  CHECK(found[0].offset.has_value());
+
+  // With another one that is needed, and the rest of a table row wrong.
+  damage(chosen.needed);
+  auto changed = rows;
+  const auto other = static_cast<std::uint32_t>(
+      std::find_if(rows.begin(), rows.end(), [&](const file::TableRow& row) { return row.info.needs.empty(); }) -
+      rows.begin());
+  if (other != chosen.needed && other != chosen.leaf) {
+    changed[other].info.box_max[0] += 1;
+    parts.set_rows(changed);
+  }
+  std::vector<std::string> notes;
+  found = verify(parts.join(), &notes);
+  INFO(list_of(found));
+  CHECK(std::count_if(found.begin(), found.end(), [](const auto& v) { return v.what.find("hash of a block") == 4; }) ==
+        2);
+  CHECK(std::any_of(notes.begin(), notes.end(), [](const auto& n) { return n.find("not decoded") != n.npos; }));
+  if (other != chosen.needed && other != chosen.leaf) CHECK(find(found, "bounding box is not") != nullptr);
+}
+
+TEST_CASE("verification: many findings in one file, all of them") {
+  FileParts parts(sample_file());
+  parts.of(file::SectionKind::kManifest).push_back(std::byte{0});
+  parts.sections.push_back({77, file::kMandatory, 0, 0, 0, 0});
+  parts.raw.push_back(Bytes(5, std::byte{42}));
+  auto rows = parts.rows();
+  rows[0].info.box_min[2] -= 1;
+  rows[1].info.squared_error[1] += 1;
+  rows[2].info.max_error.back() += 1;
+  parts.set_rows(rows);
+  put<std::uint32_t>(parts.header, 12, 5);
+  put<std::uint16_t>(parts.header, 54, 0x21);
+  Bytes bytes = parts.join();
+  put(bytes, 120, std::uint64_t{0});
+  put<std::uint32_t>(bytes, bytes.size() - 28, 9);
+  const Found found = verify(bytes);
+  INFO(list_of(found));
+  for (const char* const says :
+       {"reserved is 5", "reserved flag is set", "header's hash", "reserved is 9", "section 77", "too many",
+        "bounding box is not", "squared errors are not", "errors are not those"})
+    CHECK(find(found, says) != nullptr);
+  CHECK(found.size() == 9);
+}
+
+TEST_CASE("verification: what a reader refuses has a finding, whatever the damage") {
+  const TetMesh mesh = grid({{4, 4, 4}, {}, 2, 1});
+  RecordStream records = simplify_naively(mesh);
+  add_random_dependencies(records, 6);
+  add_random_squared_errors(records, 6);
+  const Bytes good = file::encode(mesh, records, kExactManifest);
+  std::mt19937_64 random(3);
+  std::size_t refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    FileParts parts(good);
+    const std::size_t which = random() % (parts.raw.size() + 1);
+    Bytes& part = which == parts.raw.size() ? parts.header : parts.raw[which];
+    for (std::uint64_t flips = 1 + random() % 3; flips > 0; --flips)
+      flip(part, random() % (8 * part.size()));
+    try {
+      if (which < parts.raw.size() && FileParts::is(parts.sections[which], file::SectionKind::kBlocks))
+        parts.mend_blocks();
+    } catch (const Error&) {
+    }
+    Bytes bytes = parts.join();
+    if (i % 4 == 0) flip(bytes, random() % (8 * bytes.size()));
+    bool is_refused = false;
+    try {
+      file::Reader reader(file::over_memory(bytes));
+      file::Content content = reader.read_base();
+      std::vector<std::uint32_t> all(reader.blocks().size());
+      for (std::uint32_t b = 0; b < all.size(); ++b)
+        all[b] = b;
+      reader.load(all, content);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kCorruptFile) continue;
+      is_refused = true;
+    }
+    refused += is_refused ? 1 : 0;
+    if (is_refused && verify(bytes).empty()) FAIL("try " << i);
+  }
+  CHECK(refused > 100);
+}
+
+TEST_CASE("verification: an inverted tet, and the record that makes it") {
+  TetMesh mesh = grid({{4, 4, 4}, {}, 2, 1});
+  RecordStream records = simplify_naively(mesh);
+  // The first vertex that is removed goes far away: all of its tets but some are inverted.
+  const std::uint32_t moved = records.removed[0].index();
+  const float far[3] = {1000, 1000, 1000};
+  std::memcpy(mesh.positions.bytes.data() + moved * std::size_t{12}, far, 12);
+  std::size_t inverted = 0;
+  for (const VersionId t : records.consumed(0)) {
+    const Tet& tet = records.versions[t.index()];
+    if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
+    double m[3][3];
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        m[i][k] = mesh.position(tet[i + 1])[k] - mesh.position(tet[0])[k];
+    const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    inverted += determinant < 0 ? 1 : 0;
+  }
+  REQUIRE(inverted > 0);
+  const Found found = verify(file::encode(mesh, records, kExactManifest));
+  INFO(list_of(found));
+  const auto count = std::count_if(found.begin(), found.end(),
+                                   [](const auto& v) { return v.what.find("is inverted") != v.what.npos; });
+  CHECK(static_cast<std::size_t>(count) == inverted);
+  const file::Violation* const first = find(found, "is inverted");
+  REQUIRE(first != nullptr);
+  CHECK(first->record.has_value());
+  CHECK(first->version.has_value());
+}
+
+TEST_CASE("verification: stated errors that are not true") {
+  const PreparedMesh prepared = prepare(grid({{4, 4, 4}, {}, 3, 4}));
+  BuildOptions options;
+  options.fields = {"pressure", "flow"};
+  options.target_vertices = 0.1;
+  options.max_domain_error = {0.3, true};
+  BuildReport report;
+  const RecordStream records = build::build_records(prepared, options, report, {});
+  const std::size_t fields = records.fields.size();
+  REQUIRE(fields == 2);
+  const auto check = [&](const RecordStream& stream, std::uint64_t samples, file::StatedErrors* result = nullptr,
+                         const char* evaluate = "exact") {
+    Found found;
+    const auto tell = [&](const file::Violation& violation) { found.push_back(violation); };
+    const file::Manifest manifest{"0.1.0", "sample", "", {{"evaluate", evaluate}}, {}};
+    const file::Verified verified =
+        file::verify(file::over_memory(file::encode(prepared.mesh, stream, manifest)), tell);
+    REQUIRE(found.empty());
+    const file::StatedErrors errors = file::check_stated_errors(verified, samples, tell);
+    if (result != nullptr) *result = errors;
+    return found;
+  };
+  file::StatedErrors all;
+  Found found = check(records, 0, &all);
+  INFO(list_of(found));
+  CHECK(found.empty());
+  CHECK(all.records == records.size());
+  CHECK(all.errors[0].most > 0);
+  CHECK(check(records, 10, &all).empty());
+  CHECK(all.records == 10);
+
+  // The largest of each kind is stated too small, the monotone ones following.
+  const auto spoiled = [&](const std::function<void(RecordStream&)>& spoil) {
+    RecordStream stream = records;
+    spoil(stream);
+    return stream;
+  };
+  std::size_t worst = 0;
+  for (std::size_t r = 0; r < records.size(); ++r)
+    if (records.field_error[r * fields] > records.field_error[worst * fields]) worst = r;
+  const RecordStream lower = spoiled([&](RecordStream& s) { s.field_error[worst * fields] *= 0.5; });
+  found = check(lower, 0, &all);
+  REQUIRE(found.size() == 1);
+  CHECK(find(found, "error of 'pressure' is above") != nullptr);
+  CHECK(found[0].record.has_value());
+  CHECK(all.errors[0].above == 1);
+  CHECK(all.errors[0].most_above > 1.8);
+  CHECK(all.errors[0].most_above < 2.2);
+  CHECK(check(lower, 0, &all, "vertices").empty()); // no bounds, so no violation
+  CHECK(all.errors[0].above == 1);
+
+  std::size_t moving = 0;
+  for (std::size_t r = 0; r < records.size(); ++r)
+    if (records.domain_error[r] > records.domain_error[moving]) moving = r;
+  REQUIRE(records.domain_error[moving] > 0);
+  found = check(spoiled([&](RecordStream& s) { s.domain_error[moving] *= 0.25; }), 0);
+  INFO(list_of(found));
+  REQUIRE(found.size() == 1);
+  CHECK(find(found, "domain error is above") != nullptr);
+
+  found = check(spoiled([&](RecordStream& s) { s.squared_error[worst * fields + 1] *= 1.5; }), 0);
+  INFO(list_of(found));
+  REQUIRE(found.size() == 1);
+  CHECK(find(found, "squared error of 'flow' is not") != nullptr);
+}
