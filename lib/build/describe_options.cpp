@@ -21,6 +21,7 @@ std::string text_of(const Bound& bound) {
 std::vector<std::pair<std::string, std::string>>
 describe_options(const BuildOptions& options, const PreparedMesh& prepared, const std::vector<GoverningField>& fields) {
   std::vector<std::pair<std::string, std::string>> described;
+  described.reserve(fields.size() + options.max_field_error.size() + 8);
   for (const GoverningField& field : fields)
     described.emplace_back("field", prepared.mesh.point_arrays[field.array].name);
   for (const FieldBound& bound : options.max_field_error)
