@@ -88,7 +88,7 @@ std::vector<ErrorCode16> needed_at(const RecordStream& records, const std::vecto
   };
   for (std::size_t i = 0; i < records.size(); ++i) {
     for (std::size_t f = 0; f < fields; ++f)
-      raise(i, records.field_error[i * fields + f], records.fields[f].range);
+      raise(i, records.largest_error(i, f), records.fields[f].range);
     raise(i, records.domain_error[i], records.diagonal);
     for_each_parent(records, consumers, i,
                     [&](std::uint32_t parent) { code[parent] = std::max(code[parent], code[i]); });

@@ -202,7 +202,8 @@ std::vector<std::size_t> Encoding::stream_fields() const {
   return field_of;
 }
 
-// Own errors are coded; the monotone ones gather, from fine to coarse, what depends on a record.
+// Own errors are coded; the monotone ones gather, from fine to coarse, what depends on a record. Errors at vertices
+// that are left outside are in the monotone ones only.
 void Encoding::number_errors() {
   const std::size_t codes = schema_->code_count();
   const std::size_t fields = records_.fields.size();
@@ -223,8 +224,10 @@ void Encoding::number_errors() {
       own_[row + c] = code_of(records_.field_error[i * fields + field_of[c]], schema_->scale[c]);
     }
     own_[row + codes - 1] = code_of(records_.domain_error[i], schema_->scale.back());
-    for (std::size_t c = 0; c < codes; ++c)
-      monotone_[row + c] = std::max(monotone_[row + c], own_[row + c]);
+    for (std::size_t c = 0; c + 1 < codes; ++c)
+      monotone_[row + c] =
+          std::max(monotone_[row + c], code_of(records_.largest_error(i, field_of[c]), schema_->scale[c]));
+    monotone_[row + codes - 1] = std::max(monotone_[row + codes - 1], own_[row + codes - 1]);
     for_each_parent(records_, consumers_, i, [&](std::uint32_t stream_parent) {
       const std::size_t parent = file_record_[stream_parent] * codes;
       for (std::size_t c = 0; c < codes; ++c)

@@ -193,6 +193,7 @@ private:
     CollapseStatus status = CollapseStatus::kAccepted;
     float cost = 0;
     std::vector<double> errors;    ///< one a field, fractions of the ranges
+    std::vector<double> outside;   ///< likewise, at removed vertices that no tet covers
     std::vector<double> integrals; ///< of the squared error: modified slot x field
   };
 
@@ -457,8 +458,9 @@ private:
     Verdict verdict;
     verdict.status = trial.examine(vs, half_edge.target);
     if (verdict.status != CollapseStatus::kAccepted) return verdict;
-    const auto seen = trial.simulate().errors();
-    verdict.errors.assign(seen.begin(), seen.end());
+    const RemovedVertices::Simulation& seen = trial.simulate();
+    verdict.errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
+    verdict.outside.assign(seen.errors_outside().begin(), seen.errors_outside().end());
     // The integral grows from what stands in the star now to what the collapse makes of it.
     std::vector<double> growth(fields), cost_growth(fields);
     for (const std::span<const SlotId> part : {trial.check().deleted(), trial.check().modified()})
@@ -469,7 +471,8 @@ private:
     const auto cost = [&] {
       for (std::size_t f = 0; f < fields; ++f)
         cost_growth[f] = growth[f] / vertex_volume_;
-      return std::max(cost_.of_maximum(verdict.errors), cost_.of_mean(cost_growth));
+      return std::max(
+          {cost_.of_maximum(verdict.errors), cost_.of_maximum(verdict.outside), cost_.of_mean(cost_growth)});
     };
     std::vector<double> limit = field_limit_;
     for (std::size_t f = 0; f < fields; ++f)
@@ -479,7 +482,7 @@ private:
         growth[f] += verdict.integrals[verdict.integrals.size() - fields + f];
       return cost() > enough;
     });
-    if (beyond_limit(verdict.errors)) verdict.status = CollapseStatus::kFieldError;
+    if (beyond_limit(verdict.errors) || beyond_limit(verdict.outside)) verdict.status = CollapseStatus::kFieldError;
     verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
     // Not to be taken now, whatever is left of it in a float.
     if (!whole)
@@ -525,15 +528,18 @@ private:
     double domain_error = sampled_domain_error;
     std::vector<double>& errors = record_errors_;
     errors.resize(fields_.field_count());
-    if (measured != nullptr)
-      errors = measured->errors;
-    else if (options_.evaluation == Evaluation::kNone)
+    outside_errors_.clear();
+    if (options_.evaluation == Evaluation::kNone) {
       predictor_->field_errors(vs, vd, errors);
-    if (options_.evaluation != Evaluation::kNone) {
-      const auto seen = trial.simulate().errors();
-      if (measured == nullptr) errors.assign(seen.begin(), seen.end());
+    } else {
+      const RemovedVertices::Simulation& seen = trial.simulate();
+      const bool everywhere = options_.evaluation == Evaluation::kExact;
+      const auto stated = everywhere ? seen.errors_inside() : seen.errors();
+      errors.assign(stated.begin(), stated.end());
+      if (everywhere) outside_errors_.assign(seen.errors_outside().begin(), seen.errors_outside().end());
     }
-    if (beyond_limit(errors)) return CollapseStatus::kFieldError;
+    if (measured != nullptr) errors = measured->errors;
+    if (beyond_limit(errors) || beyond_limit(outside_errors_)) return CollapseStatus::kFieldError;
     if (measured == nullptr && exact_) {
       std::vector<double> everywhere(errors.size());
       if (!trial.measure(everywhere, nullptr, field_limit_, [] { return false; })) return CollapseStatus::kFieldError;
@@ -584,6 +590,8 @@ private:
       throw Error(ErrorCode::kLimit, "the build makes more tets than 31-bit ids can name");
     for (std::size_t f = 0; f < record_errors_.size(); ++f)
       stream_.field_error.push_back(record_errors_[f] * fields_.fields()[f].range);
+    for (std::size_t f = 0; f < outside_errors_.size(); ++f) // none where they are among the others
+      stream_.outside_error.push_back(outside_errors_[f] * fields_.fields()[f].range);
     stream_.also_needs_begin.push_back(stream_.also_needs.size());
     stream_.domain_error.push_back(domain_error);
     report_.depth = std::max(report_.depth, height);
@@ -623,7 +631,7 @@ private:
     for (std::size_t f = 0; f < k; ++f) {
       double worst = 0;
       for (std::size_t r = 0; r < stream_.size(); ++r)
-        worst = std::max(worst, stream_.field_error[r * k + f]);
+        worst = std::max(worst, stream_.largest_error(r, f));
       report_.field_error.emplace_back(prepared_.mesh.point_arrays[fields_.fields()[f].array].name, worst);
     }
     for (const double error : stream_.domain_error)
@@ -639,7 +647,7 @@ private:
     for (RoundReport& step : report_.walk) {
       for (; r < prepared_.mesh.vertex_count() - step.vertices; ++r) {
         for (std::size_t f = 0; f < k; ++f)
-          so_far.field_error = std::max(so_far.field_error, stream_.field_error[r * k + f] / fields_.fields()[f].range);
+          so_far.field_error = std::max(so_far.field_error, stream_.largest_error(r, f) / fields_.fields()[f].range);
         so_far.domain_error = std::max(so_far.domain_error, stream_.domain_error[r] / diagonal_);
       }
       step.field_error = so_far.field_error;
@@ -675,9 +683,9 @@ private:
   std::uint64_t certified_ = 0; ///< records whose field errors have been measured after the collapses
   StatusCounts before_sweep_{}; ///< refusals when the last sweep began
   std::vector<double> squared_scale_;
-  double vertex_volume_ = 0;          ///< of an average vertex
-  std::vector<double> slot_squared_;  ///< slot x field: integral of the squared error, where that is measured
-  std::vector<double> record_errors_; ///< of the collapse in hand
+  double vertex_volume_ = 0;         ///< of an average vertex
+  std::vector<double> slot_squared_; ///< slot x field: integral of the squared error, where that is measured
+  std::vector<double> record_errors_, outside_errors_; ///< of the collapse in hand
   RecordStream stream_;
 };
 

@@ -64,7 +64,7 @@ void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Verte
 }
 
 void RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
-                                Simulation& simulation) const {
+                                std::vector<double>& errors) const {
   const std::size_t channels = fields_.channel_count();
   const double* const f = values(point);
   std::array<const double*, 4> g{};
@@ -77,7 +77,7 @@ void RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array
     if (!fields_.ends_field(c)) continue;
     const std::size_t field = fields_.field_of(c);
     if (sum_sq < kRounding * kRounding) sum_sq = 0;
-    simulation.errors_[field] = std::max(simulation.errors_[field], std::sqrt(sum_sq));
+    errors[field] = std::max(errors[field], std::sqrt(sum_sq));
     sum_sq = 0;
   }
 }
@@ -90,7 +90,7 @@ void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
     if (cells[c].flat || !(least_barycentric(cells[c], p, weight) >= kInside)) continue;
     held.push_back({point, c, false});
-    see_error(point, cells[c], weight, simulation);
+    see_error(point, cells[c], weight, simulation.errors_inside_);
     return;
   }
   ClosestOnTet nearest{{}, std::numeric_limits<double>::infinity()};
@@ -101,8 +101,9 @@ void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
     nearest = on;
     cell = c;
   }
-  held.push_back({point, cell, nearest.distance_sq > outside_distance_sq_});
-  see_error(point, cells[cell], nearest.weight, simulation);
+  const bool is_outside = nearest.distance_sq > outside_distance_sq_;
+  held.push_back({point, cell, is_outside});
+  see_error(point, cells[cell], nearest.weight, is_outside ? simulation.errors_outside_ : simulation.errors_inside_);
 }
 
 void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> deleted, Simulation& simulation) const {
@@ -130,7 +131,7 @@ void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> de
     for (std::uint32_t c = 0; c < cells.size(); ++c) {
       if (cells[c].flat || !(least_barycentric(cells[c], position(point), weight) >= kInside)) continue;
       held.push_back({point, c, false});
-      see_error(point, cells[c], weight, simulation);
+      see_error(point, cells[c], weight, simulation.errors_inside_);
       break;
     }
   }
@@ -140,9 +141,11 @@ void RemovedVertices::simulate(const WorkingComplex& complex, Vertex vs, Vertex 
                                std::span<const SlotId> modified, bool boundary_moves, Simulation& simulation) const {
   simulation.cells_.clear();
   simulation.held_.clear();
-  simulation.errors_.assign(fields_.field_count(), 0.0);
+  simulation.errors_inside_.assign(fields_.field_count(), 0.0);
+  simulation.errors_outside_.assign(fields_.field_count(), 0.0);
   for (const SlotId s : modified)
     add_cell(complex, s, vs, vd, simulation);
+  simulation.errors_.assign(fields_.field_count(), 0.0);
   if (simulation.cells_.empty()) return;
   hold(vs, simulation);
   for (const std::span<const SlotId> part : {deleted, modified})
@@ -151,6 +154,8 @@ void RemovedVertices::simulate(const WorkingComplex& complex, Vertex vs, Vertex 
         hold(point, simulation);
   simulation.captured_begin_ = simulation.held_.size();
   if (boundary_moves && !outside_.empty()) hold_outside_points_now_covered(deleted, simulation);
+  std::transform(simulation.errors_inside_.begin(), simulation.errors_inside_.end(), simulation.errors_outside_.begin(),
+                 simulation.errors_.begin(), [](double inside, double outside) { return std::max(inside, outside); });
 }
 
 void RemovedVertices::let_go(WorkingComplex& complex, Vertex point) {

@@ -31,6 +31,9 @@ public:
   public:
     /// Largest error at any of the vertices, one a field, as fractions of the ranges.
     [[nodiscard]] std::span<const double> errors() const { return errors_; }
+    /// Likewise at those that lie in a modified tet, and at those that do not.
+    [[nodiscard]] std::span<const double> errors_inside() const { return errors_inside_; }
+    [[nodiscard]] std::span<const double> errors_outside() const { return errors_outside_; }
 
   private:
     friend class RemovedVertices;
@@ -49,7 +52,7 @@ public:
     std::vector<Cell> cells_;
     std::vector<Held> held_;
     std::size_t captured_begin_ = 0; ///< from here on `held_` are points that tets elsewhere hold so far
-    std::vector<double> errors_;
+    std::vector<double> errors_, errors_inside_, errors_outside_;
   };
 
   /// What the modified tets of vs -> vd would hold, and with which error. Ghosts in the lists are passed over.
@@ -69,7 +72,8 @@ private:
   [[nodiscard]] static double least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight);
   void add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd, Simulation& simulation) const;
   void hold(Vertex point, Simulation& simulation) const;
-  void see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight, Simulation& simulation) const;
+  void see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
+                 std::vector<double>& errors) const;
   void hold_outside_points_now_covered(std::span<const SlotId> deleted, Simulation& simulation) const;
   void let_go(WorkingComplex& complex, Vertex point);
   /// Of a vertex, or behind them of a sample.

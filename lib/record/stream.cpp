@@ -17,6 +17,7 @@ std::string check_counts(const RecordStream& s) {
   const std::size_t n = s.size();
   if (s.target.size() != n || s.round.size() != n || s.modified_count.size() != n || s.coarse_begin.size() != n ||
       s.domain_error.size() != n || s.field_error.size() != n * s.fields.size() || s.fine_begin.size() != n + 1 ||
+      (!s.outside_error.empty() && s.outside_error.size() != n * s.fields.size()) ||
       (!s.squared_error.empty() && s.squared_error.size() != n * s.fields.size()) || s.also_needs_begin.size() != n + 1)
     return "the tables of the records differ in length";
   if (s.fine_begin.front() != 0 || s.fine_begin.back() != s.fine.size())
@@ -89,7 +90,9 @@ std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
   replay.is_removed[removed.index()] = 1;
   const auto is_error = [](double error) { return error >= 0 && std::isfinite(error); };
   const double* errors = s.field_error.data() + i * s.fields.size();
-  if (!is_error(s.domain_error[i]) || !std::all_of(errors, errors + s.fields.size(), is_error))
+  const double* outside = s.outside_error.data() + (s.outside_error.empty() ? 0 : i * s.fields.size());
+  if (!is_error(s.domain_error[i]) || !std::all_of(errors, errors + s.fields.size(), is_error) ||
+      (!s.outside_error.empty() && !std::all_of(outside, outside + s.fields.size(), is_error)))
     return "one of its errors is negative or not a finite number";
   for (std::size_t f = 0; f < s.fields.size() && !s.squared_error.empty(); ++f)
     if (!std::isfinite(s.squared_error[i * s.fields.size() + f]))

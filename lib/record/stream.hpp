@@ -15,6 +15,7 @@
 #include "ptet/ids.hpp"
 #include "ptet/mesh.hpp"
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,8 +52,12 @@ struct RecordStream {
   std::vector<std::uint16_t> modified_count;
   /// First version of C(i); C(i)[m] comes from F(i)[m].
   std::vector<VersionId> coarse_begin;
-  /// size() x fields.size(): largest field error over C(i), in field units.
+  /// size() x fields.size(): largest field error over C(i), in field units. Where errors are measured everywhere, over
+  /// what C(i) covers of the original's domain; otherwise all that was looked at.
   std::vector<double> field_error;
+  /// Likewise at removed vertices that C(i) does not cover, each against the closest point of a tet of C(i). Empty
+  /// where field_error has them.
+  std::vector<double> outside_error;
   /// Largest domain error over the boundary faces in C(i), in mesh units; 0 where no boundary face moved. A bound on
   /// the distance to a face from all of the original boundary that it stands for, and back from any of its points.
   std::vector<double> domain_error;
@@ -70,6 +75,11 @@ struct RecordStream {
   [[nodiscard]] std::size_t size() const { return removed.size(); }
   [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
     return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
+  }
+  /// Of a record and a field, inside and outside.
+  [[nodiscard]] double largest_error(std::size_t record, std::size_t field) const {
+    const std::size_t i = record * fields.size() + field;
+    return outside_error.empty() ? field_error[i] : std::max(field_error[i], outside_error[i]);
   }
   /// Whether squared errors are known, and so the mean square error of every cut.
   [[nodiscard]] bool has_squared_errors() const { return volume > 0 && squared_error.size() == size() * fields.size(); }

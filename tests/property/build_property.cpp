@@ -122,8 +122,8 @@ const PointArray& field_array(const Built& built, std::size_t f) {
   return built.prepared.mesh.point_arrays[built.stream.fields[f].array];
 }
 
-/// For every vertex: at a tet that holds it, no error above the one recorded by the tet's maker. Where it lies inside
-/// of tets, no error above the one recorded by the maker of one of these, whatever holds it.
+/// For every vertex: at a tet that holds it, no error above those recorded by the tet's maker, inside and outside.
+/// Where it lies inside of tets, no error above the one recorded by the maker of one of these, whatever holds it.
 /// Returns how many vertices lay outside of all tets.
 std::size_t check_field_errors(const Built& built, const std::vector<char>& is_split,
                                const std::vector<VertexId>& vertices) {
@@ -135,8 +135,10 @@ std::size_t check_field_errors(const Built& built, const std::vector<char>& is_s
   const auto holders = test::possible_holders(stream, points, is_split, vertices);
   const std::vector<std::size_t> maker_of = test::makers(stream);
   const auto excess_at = [&](std::size_t f, VertexId v, const Tet& tet, const std::array<double, 4>& weight,
-                             std::size_t maker) {
-    const double recorded = maker == test::CutMesh::kOriginal ? 0 : stream.field_error[maker * field_count + f];
+                             std::size_t maker, bool is_inside) {
+    const double recorded = maker == test::CutMesh::kOriginal ? 0
+                            : is_inside                       ? stream.field_error[maker * field_count + f]
+                                                              : stream.largest_error(maker, f);
     return (test::interpolation_error(field_array(built, f), v, tet, weight) - recorded) / stream.fields[f].range;
   };
   constexpr double kRounding = 1e-7;
@@ -152,7 +154,7 @@ std::size_t check_field_errors(const Built& built, const std::vector<char>& is_s
       const auto weight = test::barycentrics(p, boxes[t].corner);
       if (!weight || *std::min_element(weight->begin(), weight->end()) < test::kTouching) continue;
       for (std::size_t f = 0; f < field_count; ++f)
-        inside[f] = std::min(inside[f], excess_at(f, v, cut.tets[t], *weight, cut.tet_maker[t]));
+        inside[f] = std::min(inside[f], excess_at(f, v, cut.tets[t], *weight, cut.tet_maker[t], true));
     }
     if (std::isinf(inside[0]))
       ++outside_count;
@@ -164,7 +166,7 @@ std::size_t check_field_errors(const Built& built, const std::vector<char>& is_s
       const Tet& tet = stream.versions[t.index()];
       const auto nearest = test::nearest_on_tet(p, boxed(built, {tet})[0].corner);
       for (std::size_t f = 0; f < field_count; ++f)
-        held[f] = std::min(held[f], excess_at(f, v, tet, nearest.weight, maker_of[t.index()]));
+        held[f] = std::min(held[f], excess_at(f, v, tet, nearest.weight, maker_of[t.index()], false));
     }
     worst_held = std::max(worst_held, *std::max_element(held.begin(), held.end()));
   }
@@ -332,7 +334,7 @@ void check_report(const Built& built) {
     CHECK(built.report.field_error[f].first == field_array(built, f).name);
     double largest = 0;
     for (std::size_t i = 0; i < built.stream.size(); ++i)
-      largest = std::max<double>(largest, built.stream.field_error[i * built.stream.fields.size() + f]);
+      largest = std::max(largest, built.stream.largest_error(i, f));
     CHECK(built.report.field_error[f].second == largest);
   }
 }

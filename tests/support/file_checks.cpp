@@ -123,6 +123,10 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
         if (!records.squared_error.empty())
           compare_squared(records.squared_error[i * fields + f],
                           content.squared_error[in_file[i].index() * fields + place], header.arrays[a].range);
+        below += decode_error(content.monotone[static_cast<std::size_t>(codes - content.own.data()) + place],
+                              header.arrays[a].range) < records.largest_error(i, f)
+                     ? 1
+                     : 0;
         compare(records.field_error[i * fields + f], codes[place++], header.arrays[a].range);
       }
     }

@@ -126,10 +126,11 @@ struct BuildReport {
   std::string stopped_by;
   std::uint64_t simulations = 0;       ///< half-edges that were simulated at the removed vertices
   std::uint64_t exact_evaluations = 0; ///< half-edges whose exact errors were measured before they were taken
-  std::vector<std::pair<std::string, double>> field_error; ///< largest recorded, by field, absolute
-  double domain_error = 0;                                 ///< largest recorded, mesh units
-  std::vector<RoundReport> walk;                           ///< one for each of `rounds`
-  std::vector<std::string> notes;                          ///< what was found in the input and done about it
+  /// Largest recorded, by field, absolute; at removed vertices that the mesh leaves uncovered, too.
+  std::vector<std::pair<std::string, double>> field_error;
+  double domain_error = 0;            ///< largest recorded, mesh units
+  std::vector<RoundReport> walk;      ///< one for each of `rounds`
+  std::vector<std::string> notes;     ///< what was found in the input and done about it
   std::uint64_t cut_dependencies = 0; ///< between records, added so that the boundary of no cut crosses itself
   std::uint64_t file_bytes = 0;
   double collapse_seconds = 0; ///< wall time of the collapse loop, candidates and checks included

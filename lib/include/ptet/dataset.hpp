@@ -76,7 +76,9 @@ struct Extraction {
   std::vector<std::array<VertexId, 3>> boundary_faces;
   /// Largest error of any tet of the mesh as the file states it, one per governing field, in field units. In a file
   /// built with exact evaluation this is a bound: nowhere in the domain is the error larger, where the mesh covers it.
-  /// Where a tet's record is not read for this request, the largest error of its block counts.
+  /// Original vertices that it does not cover do not count here; but a bound that a request asks everywhere holds for
+  /// them, too, each against the closest point of a tet near by (sampled: at vertices only).
+  /// Where a tet's record is not read for this request, the largest error of its block counts, uncovered vertices too.
   std::vector<double> field_error;
   /// Root of the mean square error: sqrt(integral of |Phi - phi|^2 / volume of the original), Phi the original field
   /// and phi that of the mesh, over the original domain where the mesh covers it; one per governing field, in field
