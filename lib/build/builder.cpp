@@ -332,8 +332,8 @@ private:
   /// The collapses, and what the records say that making them again does not.
   template <class Archive>
   static void serialize_records(Archive& archive, RecordStream& records) {
-    archive& records.removed& records.target& records.round& records.field_error& records.domain_error& records
-        .squared_error;
+    archive& records.removed& records.target& records.round& records.field_error& records.outside_error& records
+        .domain_error& records.squared_error;
   }
 
   /// All else that lasts from one round to the next and does not come back with the collapses.
@@ -353,9 +353,11 @@ private:
     const std::size_t fields = fields_.field_count();
     if (decided.target.size() != count || decided.round.size() != count || decided.domain_error.size() != count ||
         decided.field_error.size() != count * fields ||
+        (!decided.outside_error.empty() && decided.outside_error.size() != count * fields) ||
         (!decided.squared_error.empty() && decided.squared_error.size() != count * fields))
       return "its tables differ in length";
     record_errors_.assign(fields, 0.0);
+    outside_errors_.clear();
     for (std::size_t i = 0; i < count; ++i) {
       if (i % kReplayBatch == 0 && progress_ && !progress_({"going on from the checkpoint", i, count}))
         throw Error(ErrorCode::kCancelled, "the build was cancelled");
@@ -366,6 +368,7 @@ private:
         return "collapse " + std::to_string(i) + " has another domain error here";
     }
     stream_.field_error = decided.field_error;
+    stream_.outside_error = decided.outside_error;
     stream_.squared_error = decided.squared_error;
     return {};
   }
