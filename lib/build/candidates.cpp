@@ -124,7 +124,7 @@ void Candidates::predict(std::uint32_t round, const std::function<void()>& look)
   const std::size_t grain = simulates() ? 16 : 256;
   const std::size_t batch = grain * kGrainsBetweenLooks;
   for (std::size_t begin = 0; begin < work_.size(); begin += batch) {
-    if (begin > 0) look();
+    if (begin > 0 && look) look();
     const oneapi::tbb::blocked_range<std::size_t> part(begin, std::min(begin + batch, work_.size()), grain);
     oneapi::tbb::parallel_for(part, [&](const auto& range) {
       Worker& worker = workers_.local();

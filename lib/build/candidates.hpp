@@ -47,7 +47,7 @@ public:
   /// Brings the pages up to date. Vertices that failed wait until `round` is theirs. Where costs are simulated, those
   /// that were far from being picked keep their old page until they are near (lazy evaluation).
   /// `look` is called now and then from this thread, and may throw.
-  void predict(std::uint32_t round, const std::function<void()>& look);
+  void predict(std::uint32_t round, const std::function<void()>& look = {});
   /// The best part of the vertices with a candidate that is up to date, in the order (height, octave of cost, vertex).
   [[nodiscard]] std::vector<Vertex> pick();
   /// The highest cost of the last pick.
