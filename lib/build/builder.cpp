@@ -239,7 +239,7 @@ private:
   void collapse_all() {
     while (alive_count_ > target_count_) {
       ++round_;
-      candidates_->predict(round_, [this] { tell_progress(); });
+      candidates_->predict(round_, [this] { tell_within_round(); });
       const auto picked = candidates_->pick();
       if (picked.empty()) {
         if (swept_) break;
@@ -293,16 +293,27 @@ private:
     return alive_count_ + prepared_.mesh.vertex_count() - prepared_.used_vertex_count;
   }
 
-  void tell_progress() {
+  [[nodiscard]] Progress progress_of_collapses() const {
     const std::uint64_t total = prepared_.used_vertex_count - std::min(target_count_, prepared_.used_vertex_count);
-    if (!go_on({"collapsing", stream_.size(), total})) throw Error(ErrorCode::kCancelled, "the build was cancelled");
+    return {"collapsing", stream_.size(), total};
+  }
+
+  void tell_progress() {
+    if (!go_on(progress_of_collapses())) throw Error(ErrorCode::kCancelled, "the build was cancelled");
+  }
+
+  /// A checkpoint is of whole rounds: where one is wanted, stopping waits for the end of this one.
+  void tell_within_round() {
+    if (stopping_ || !progress_ || progress_(progress_of_collapses())) return;
+    if (!checkpoints_.enabled()) throw Error(ErrorCode::kCancelled, "the build was cancelled");
+    stopping_ = true;
   }
 
   // ---- checkpoints, between rounds and between batches of certified records ----
 
   /// What the caller says to this progress. Keeps a checkpoint when it is time, and before stopping.
   bool go_on(const Progress& progress) {
-    const bool goes_on = !progress_ || progress_(progress);
+    const bool goes_on = !stopping_ && (!progress_ || progress_(progress));
     if (checkpoints_.due() || (checkpoints_.enabled() && !goes_on)) save();
     return goes_on;
   }
@@ -431,7 +442,7 @@ private:
     touched_[complex_.dummy()] = 0;
     std::vector<Verdict> verdicts(apart.size());
     for (std::size_t begin = 0; begin < apart.size(); begin += kMeasuredBetweenLooks) {
-      if (begin > 0) tell_progress();
+      if (begin > 0) tell_within_round();
       const std::size_t end = std::min(begin + kMeasuredBetweenLooks, apart.size());
       oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 8), [&](const auto& range) {
         Trial& trial = candidates_->trial();
@@ -663,6 +674,7 @@ private:
   BuildReport& report_;
   const ProgressCallback& progress_;
   CheckpointWriter checkpoints_;
+  bool stopping_ = false;  ///< somebody said so within a round
   BuildIdentity identity_; ///< where there are checkpoints
   std::vector<char> frozen_;
   double diagonal_;
