@@ -238,7 +238,7 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
       1 + static_cast<std::size_t>(std::count_if(header.arrays.begin(), header.arrays.end(),
                                                  [](const ArrayInfo& array) { return array.governing; }));
   const std::size_t squared = header.has_squared_errors ? codes - 1 : 0;
-  const std::size_t least_row_bytes = 3 + 8 + 48 + 2 * codes + 2 + 8 * squared + 1;
+  const std::size_t least_row_bytes = 3 + 8 + 48 + 4 * codes + 2 + 8 * squared + 1;
   if (header.block_count > in.remaining() / least_row_bytes) in.fail("it is too short for its number of blocks");
   std::vector<TableRow> rows(header.block_count);
   std::uint64_t offset = blocks.offset, records = 0, versions = 0;
@@ -267,6 +267,10 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
     for (std::size_t i = 0; i < codes; ++i) {
       info.max_error.push_back(in.get<std::uint16_t>("max_error"));
       if (info.max_error.back() > kMaxErrorCode) in.violate("max_error is out of range");
+    }
+    for (std::size_t i = 0; i < codes; ++i) {
+      info.max_own.push_back(in.get<std::uint16_t>("max_own"));
+      if (info.max_own.back() > info.max_error[i]) in.violate("max_own is greater than max_error");
     }
     info.max_order = in.get<OrderCode>("max_order");
     if (info.max_order > kMaxOrderCode) in.violate("max_order is out of range");

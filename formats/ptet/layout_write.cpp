@@ -103,6 +103,8 @@ void put_table(ByteWriter& out, const std::vector<TableRow>& rows) {
     put_box(out, row.info.box_min, row.info.box_max);
     for (const ErrorCode16 code : row.info.max_error)
       out.put(code);
+    for (const ErrorCode16 code : row.info.max_own)
+      out.put(code);
     out.put(row.info.max_order);
     for (const double sum : row.info.squared_error)
       out.put(sum);

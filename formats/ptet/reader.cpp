@@ -359,15 +359,17 @@ void Reader::check_record(RecordId r, std::uint32_t block, const Content& conten
 void Reader::check_block(std::uint32_t block, const Content& content) const {
   const BlockInfo& info = blocks_[block];
   const auto fail = [&](const char* what) { violated({what, info.offset, block, {}, {}}); };
-  std::vector<ErrorCode16> greatest(content.errors_per_record);
+  std::vector<ErrorCode16> greatest(content.errors_per_record), greatest_own(content.errors_per_record);
   OrderCode greatest_order = 0;
   for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
     for (std::size_t i = 0; i < greatest.size(); ++i) {
       greatest[i] = std::max(greatest[i], content.monotone[r * greatest.size() + i]);
+      greatest_own[i] = std::max(greatest_own[i], content.own[r * greatest.size() + i]);
     }
     greatest_order = std::max(greatest_order, content.order[r]);
   }
   if (greatest != info.max_error) fail("a block's errors are not those of the table");
+  if (greatest_own != info.max_own) fail("a block's own errors are not those of the table");
   if (greatest_order != info.max_order) fail("a block's order codes are not those of the table");
   // The table's sums are of numbers that the codes stand for, rounded up.
   for (std::size_t i = 0; i < info.squared_error.size(); ++i) {

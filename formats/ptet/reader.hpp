@@ -53,7 +53,8 @@ struct BlockInfo {
   Point box_max{};
   /// Largest monotone error codes of its records: one per governing field, then the domain's.
   std::vector<ErrorCode16> max_error;
-  OrderCode max_order = 0; ///< largest order code of its records
+  std::vector<ErrorCode16> max_own; ///< likewise its largest own codes
+  OrderCode max_order = 0;          ///< largest order code of its records
   /// What its records raise the mean of |Phi - phi|^2 over the domain by, as a fraction of range^2; one per governing
   /// field, empty when it was not measured.
   std::vector<double> squared_error;

@@ -318,6 +318,7 @@ void Encoding::find_needs() {
     info.box_min.fill(std::numeric_limits<double>::infinity());
     info.box_max.fill(-std::numeric_limits<double>::infinity());
     info.max_error.resize(codes);
+    info.max_own.resize(codes);
     for (std::uint32_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
       const std::uint32_t record = order_.stream_record[r];
       for_each_parent(records_, consumers_, record, [&](std::uint32_t parent) {
@@ -326,8 +327,10 @@ void Encoding::find_needs() {
       });
       note_others(others_[b], RecordId{r});
       rows_[b].version_count += static_cast<std::uint32_t>(records_.consumed(record).size());
-      for (std::size_t c = 0; c < codes; ++c)
+      for (std::size_t c = 0; c < codes; ++c) {
         info.max_error[c] = std::max(info.max_error[c], monotone_[r * codes + c]);
+        info.max_own[c] = std::max(info.max_own[c], own_[r * codes + c]);
+      }
       info.max_order = std::max(info.max_order, order_code_[r]);
     }
     info.squared_error = squared_sums(info);

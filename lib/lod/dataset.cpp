@@ -27,7 +27,7 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
   std::vector<ErrorCode16> most(hierarchy.errors_per_record(), 0);
   for (const file::BlockInfo& block : hierarchy.blocks())
     for (std::size_t i = 0; i < most.size(); ++i)
-      most[i] = std::max(most[i], block.max_error[i]);
+      most[i] = std::max(most[i], block.max_own[i]);
   for (const file::ArrayInfo& array : header.arrays) {
     info.fields.push_back({array.name, array.type, array.components, array.governing, array.range});
     if (array.governing) info.max_field_error.push_back(decode_error(most[info.max_field_error.size()], array.range));

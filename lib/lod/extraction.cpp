@@ -202,7 +202,7 @@ std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& c
     const file::BlockInfo& block = hierarchy.blocks()[b];
     if (cut.read[b] == 0) {
       for (std::size_t i = 0; i < count; ++i)
-        achieved[i] = std::max(achieved[i], block.max_error[i]);
+        achieved[i] = std::max(achieved[i], block.max_own[i]);
       continue;
     }
     for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {

@@ -59,7 +59,8 @@ void Hierarchy::check_dependencies(const file::BlockInfo& block) const {
     const ErrorCode16* const mine = content_.monotone.data() + r * codes;
     bool holds = content_.order[r] <= block.max_order;
     for (std::size_t i = 0; i < codes; ++i)
-      holds = holds && content_.own[r * codes + i] <= mine[i] && mine[i] <= block.max_error[i];
+      holds =
+          holds && content_.own[r * codes + i] <= std::min(mine[i], block.max_own[i]) && mine[i] <= block.max_error[i];
     for (const RecordId parent : content_.refinement.parents(RecordId{r})) {
       holds = holds && content_.generation[parent.index()] < content_.generation[r] &&
               content_.order[parent.index()] >= content_.order[r];

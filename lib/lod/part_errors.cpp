@@ -33,7 +33,7 @@ Codes largest(const Hierarchy& hierarchy, std::span<const MadeVersion> tets, std
   for (const file::BlockInfo* const block : unread)
     if (may_hold(*block))
       for (std::size_t i = 0; i < count; ++i)
-        most[i] = std::max(most[i], block->max_error[i]);
+        most[i] = std::max(most[i], block->max_own[i]);
   const auto look_at = [&](std::span<const MadeVersion> versions, std::size_t first, std::size_t last) {
     for (const MadeVersion& version : versions) {
       const ErrorCode16* const own = own_errors(hierarchy, version);
@@ -68,8 +68,8 @@ double largest_in_pixels(const Hierarchy& hierarchy, std::span<const MadeVersion
   };
   double most = 0;
   for (const file::BlockInfo* const block : unread)
-    if (block->max_error[domain] > 0)
-      most = std::max(most, in_pixels(block->max_error[domain], box_corners(block->box_min, block->box_max)));
+    if (block->max_own[domain] > 0)
+      most = std::max(most, in_pixels(block->max_own[domain], box_corners(block->box_min, block->box_max)));
   for (const MadeVersion& ghost : ghosts)
     if (const ErrorCode16* const own = own_errors(hierarchy, ghost); own[domain] > 0)
       most = std::max(most, in_pixels(own[domain], Corners(hierarchy, ghost.tet).points()));

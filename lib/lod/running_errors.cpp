@@ -63,8 +63,8 @@ void RunningErrors::update(const std::vector<char>& applied, const BlockSet& rea
   domain_error_ = decode_error(largest(i, applied, read), hierarchy_.header().diagonal);
 }
 
-// Of a block that was not read, the largest error of all its records counts; of the others, that of the frontier. The
-// block that promises most is looked at first: the others then seldom need to be.
+// Of a block that was not read, the largest own error of all its records counts; of the others, that of the frontier.
+// The block that promises most is looked at first: the others then seldom need to be.
 ErrorCode16 RunningErrors::largest(std::size_t code, const std::vector<char>& applied, const BlockSet& read) const {
   const file::Content& content = hierarchy_.content();
   const VersionKinds kind = code + 1 == codes_ ? kHasGhosts : kHasTets;
@@ -73,7 +73,7 @@ ErrorCode16 RunningErrors::largest(std::size_t code, const std::vector<char>& ap
   ErrorCode16 most = 0;
   for (std::size_t b = 0; b < read.size(); ++b) {
     if (read[b] == 0)
-      found = std::max(found, hierarchy_.blocks()[b].max_error[code]);
+      found = std::max(found, hierarchy_.blocks()[b].max_own[code]);
     else if (most_[b * codes_ + code] > most)
       most = most_[(most_at = b) * codes_ + code];
   }

@@ -219,6 +219,16 @@ TEST_CASE("order codes that are out of range or not those of the table are refus
   CHECK(with(2, [](file::BlockInfo& info) { info.max_order = kMaxOrderCode; }) == Outcome::kRefused);
 }
 
+TEST_CASE("largest own codes that are not those of the records are refused") {
+  const Bytes bytes = sample_file(grid({{12, 12, 12}, {}, 2, 1}));
+  const auto with = [&](const std::function<void(ErrorCode16&)>& change) {
+    return try_to_read(with_row(bytes, 1, [&](file::BlockInfo& info) { change(info.max_own.front()); }));
+  };
+  CHECK(with([](ErrorCode16&) {}) == Outcome::kRead);
+  CHECK(with([](ErrorCode16& code) { code = 0; }) == Outcome::kRefused);
+  CHECK(with([](ErrorCode16& code) { code = kMaxErrorCode; }) == Outcome::kRefused);
+}
+
 TEST_CASE("sums of squared errors that are not those of the records are refused") {
   const Bytes bytes = sample_file(grid({{4, 4, 4}, {}, 2, 1}));
   const auto with = [&](const std::function<void(std::vector<double>&)>& change) {

@@ -68,7 +68,7 @@ void mutate_header(Bytes& header, Mutator& mutator) {
 
 void mutate_row(file::TableRow& row, std::size_t blocks, Mutator& mutator) {
   file::BlockInfo& info = row.info;
-  switch (mutator.below(9)) {
+  switch (mutator.below(10)) {
   case 0: make_odd(info.record_count, mutator); break;
   case 1: make_odd(row.version_count, mutator); break;
   case 2: make_odd(info.box_min[mutator.below(3)], mutator); break;
@@ -82,6 +82,7 @@ void mutate_row(file::TableRow& row, std::size_t blocks, Mutator& mutator) {
     if (!info.needs.empty())
       info.needs.erase(info.needs.begin() + static_cast<std::ptrdiff_t>(mutator.below(info.needs.size())));
     break;
+  case 8: make_odd(info.max_own[mutator.below(info.max_own.size())], mutator); break;
   default:
     info.needs.push_back(static_cast<std::uint32_t>(mutator.below(blocks + 1)));
     std::sort(info.needs.begin(), info.needs.end());

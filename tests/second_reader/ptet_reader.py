@@ -131,9 +131,11 @@ class PtetFile:
             block = SimpleNamespace(number=number, first=first, records=range(first, first + n), versions=made, at=at,
                                     size=size, loaded=False, needs=[])
             block.hash, *block.box = data.get("Q6d")
-            *block.max_error, block.max_order = data.get(f"{self.codes}HH")
+            block.max_error = list(data.get(f"{self.codes}H"))
+            *block.max_own, block.max_order = data.get(f"{self.codes}HH")
             block.squared = data.get(f"{self.governing * self.squared}d")
             require(finite_box(block.box) and max(block.max_error) <= 2047 and block.max_order <= 767
+                    and all(own <= most for own, most in zip(block.max_own, block.max_error))
                     and all(abs(x) <= 2.0**68 for x in block.squared), "a number of the table")
             for _ in range(data.varint(len(data.left))):
                 block.needs.append(data.varint() + (block.needs[-1] + 1 if block.needs else 0))
@@ -228,6 +230,7 @@ class PtetFile:
         require(block.versions == len(made), "version_count of the table")
         require(block.box == [*points.min(axis=0), *points.max(axis=0)], "a box of the table")
         require(block.max_error == [max(codes) for codes in zip(*(record.monotone for record in records))]
+                and block.max_own == [max(codes) for codes in zip(*(record.own for record in records))]
                 and block.max_order == max(record.order for record in records), "a largest code of the table")
         fraction = lambda code: math.copysign(2.0**((abs(code) - 1600) / 8), code) if code else 0.0
         for i, stated in enumerate(block.squared):

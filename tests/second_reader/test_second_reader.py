@@ -257,7 +257,7 @@ class Parts:
             for _ in range(3):
                 data.varint()
             self.rows.append(len(self["table"]) - len(data.left))
-            data.take(8 + 48 + 2 * len(block.max_error) + 2 + 8 * len(block.squared))
+            data.take(8 + 48 + 4 * len(block.max_error) + 2 + 8 * len(block.squared))
             for _ in range(data.varint()):
                 data.varint()
 
@@ -317,7 +317,7 @@ def directory(place, field, value):
     return lambda parts: parts.sections[place].__setitem__(field, value)
 
 
-# What PTET.md says must be rejected, done to tiny.ptet: nine vertices, eight tets and three blocks, one array "f".
+# What PTET.md says must be rejected, done to tiny.ptet: one array "f", three blocks, a base of 8 vertices and 6 tets.
 VIOLATIONS = {
     "version": in_header("I", 8, 2),
     "reserved field of the header": in_header("I", 12, 1),
@@ -349,17 +349,19 @@ VIOLATIONS = {
     "governing": in_section("arrays", "B", 4, 2),
     "negative range": in_section("arrays", "d", 5, -1.0),
     "decimal digits of an array": in_section("arrays", "B", 13, 8),
-    "corner that is no vertex": in_section("base", "B", -128, one_more),
-    "corner that is there twice": in_section("base", "I", -96, 0),
+    "corner that is no vertex": in_section("base", "B", -96, one_more),
+    "corner that is there twice": in_section("base", "I", -72, 0),
     "number of manifest options": lambda parts: parts["manifest"].__setitem__(slice(-2, None), b"\xff\x7f"),
     "box of a block": in_row("d", 8, lambda x: x - 1),
     "box of a block with NaN": in_row("d", 8, math.nan),
     "largest error of a block": in_row("H", 56, one_more),
     "largest error out of range": in_row("H", 58, 2048),
-    "largest order code out of range": in_row("H", 60, 768),
-    "squared error of a block": in_row("d", 62, lambda x: 2 * x),
-    "squared error out of range": in_row("d", 62, math.inf),
-    "block that needs itself": in_row("H", 70, 0x0001),
+    "largest own error of a block too small": in_row("H", 60, lambda x: x - 1),
+    "largest own error above the largest error": in_row("H", 62, 2047),
+    "largest order code out of range": in_row("H", 64, 768),
+    "squared error of a block": in_row("d", 66, lambda x: 2 * x),
+    "squared error out of range": in_row("d", 66, math.inf),
+    "block that needs itself": in_row("H", 74, 0x0001),
     "generation": in_section("blocks", "B", 0, 5),
     "generation of no record": in_section("blocks", "B", 0, 127),
     "run without records": in_section("blocks", "B", 1, 0),

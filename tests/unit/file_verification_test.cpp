@@ -208,6 +208,7 @@ TEST_CASE("verification: a table that is not that of its blocks") {
   const Way ways[] = {
       {"bounding box is not", [](file::BlockInfo& b) { b.box_min[1] -= 1; }},
       {"errors are not those", [](file::BlockInfo& b) { b.max_error[0] += 1; }},
+      {"own errors are not those", [](file::BlockInfo& b) { b.max_own[0] -= 1; }},
       {"squared errors are not", [](file::BlockInfo& b) { b.squared_error[0] += 1; }},
   };
   for (const Way& way : ways) {

@@ -78,7 +78,7 @@ struct Extraction {
   /// built with exact evaluation this is a bound: nowhere in the domain is the error larger, where the mesh covers it.
   /// Original vertices that it does not cover do not count here; but a bound that a request asks everywhere holds for
   /// them, too, each against the closest point of a tet near by (sampled: at vertices only).
-  /// Where a tet's record is not read for this request, the largest error of its block counts, uncovered vertices too.
+  /// Of a block not read for this request the largest error of a tet counts, in the mesh or not.
   std::vector<double> field_error;
   /// Root of the mean square error: sqrt(integral of |Phi - phi|^2 / volume of the original), Phi the original field
   /// and phi that of the mesh, over the original domain where the mesh covers it; one per governing field, in field
