@@ -27,7 +27,7 @@ constexpr double kSquaredRounding = 1e-20;
 /// How well the distance of a face to the original boundary is told.
 constexpr double kDistanceRelative = 0.02;
 /// Records between two reports of progress.
-constexpr std::size_t kBatch = 1024;
+constexpr std::size_t kMeasureBatch = 1024;
 
 /// The records that are looked at, ascending.
 std::vector<std::uint32_t> chosen(std::uint32_t records, std::uint64_t samples) {
@@ -251,9 +251,9 @@ StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples
   const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
   std::vector<ExactFieldError::Workspace> workspaces(threads, ExactFieldError::Workspace(measurer.exact()));
   std::vector<Measured> measured;
-  for (std::size_t begin = 0; begin < records.size(); begin += kBatch) {
+  for (std::size_t begin = 0; begin < records.size(); begin += kMeasureBatch) {
     go_on(begin, records.size());
-    const std::size_t end = std::min(begin + kBatch, records.size());
+    const std::size_t end = std::min(begin + kMeasureBatch, records.size());
     measured.assign(end - begin, {});
     std::atomic<std::size_t> next{begin};
     const auto work = [&](ExactFieldError::Workspace& workspace) {

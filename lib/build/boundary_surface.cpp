@@ -27,7 +27,7 @@ using namespace vec;
 namespace {
 
 /// Distances below this fraction of the diagonal are rounding.
-constexpr double kRounding = 1e-13;
+constexpr double kSurfaceRounding = 1e-13;
 
 struct SurfaceTraits : OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
@@ -166,7 +166,7 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
                                  std::vector<char>& frozen, DomainError domain_error)
     : impl_(std::make_unique<Impl>(positions)) {
   Impl& m = *impl_;
-  m.rounding = kRounding * diagonal;
+  m.rounding = kSurfaceRounding * diagonal;
   m.handle.resize(complex.vertex_count());
   std::vector<Triangle> faces;
   std::vector<SlotId> slots;

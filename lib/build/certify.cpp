@@ -17,8 +17,8 @@ namespace {
 /// What rounding can hide of an error: a fraction of it.
 constexpr double kRelativeSlack = 1e-9;
 /// Records between two reports of progress.
-constexpr std::size_t kBatch = 1024;
-constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kCertifyBatch = 1024;
+constexpr std::uint32_t kNoConsumer = std::numeric_limits<std::uint32_t>::max();
 
 bool is_ghost(const Tet& tet) {
   return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
@@ -35,10 +35,10 @@ std::uint32_t first_made(const RecordStream& records) {
   return records.original_tet_count + records.original_ghost_count;
 }
 
-/// By version from `first_made` on: the record that consumed it, or kNobody.
+/// By version from `first_made` on: the record that consumed it, or kNoConsumer.
 std::vector<std::uint32_t> consumers(const RecordStream& records) {
   const std::uint32_t first = first_made(records);
-  std::vector<std::uint32_t> consumer(records.versions.size() - first, kNobody);
+  std::vector<std::uint32_t> consumer(records.versions.size() - first, kNoConsumer);
   for (std::uint32_t r = 0; r < records.size(); ++r)
     for (const VersionId t : records.consumed(r))
       if (t.index() >= first) consumer[t.index() - first] = r;
@@ -109,7 +109,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
       for (std::size_t f = 0; f < field_count; ++f) {
         const double integral = squared[(t - first_of_batch) * field_count + f] * scale[f];
         records.squared_error[record * field_count + f] += integral;
-        if (const std::uint32_t by = consumer[t - first_made(records)]; by != kNobody)
+        if (const std::uint32_t by = consumer[t - first_made(records)]; by != kNoConsumer)
           records.squared_error[by * field_count + f] -= integral;
       }
   };
@@ -117,7 +117,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
     const std::size_t begin = done;
     if (progress && !progress({"certifying errors", begin, records.size()}))
       throw Error(ErrorCode::kCancelled, "the build was cancelled");
-    const std::size_t end = std::min(begin + kBatch, records.size());
+    const std::size_t end = std::min(begin + kCertifyBatch, records.size());
     const std::uint32_t first = records.coarse_begin[begin].index();
     squared.assign((records.coarse_begin[end - 1].index() + records.modified_count[end - 1] - first) * field_count, 0);
     oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 4), [&](const auto& range) {
