@@ -183,7 +183,7 @@ std::string output_of(const Arguments& arguments) {
 std::string checkpoint_of(const Arguments& arguments, const std::string& output) {
   if (!arguments.checkpoint) return {};
   const std::string& given = *arguments.checkpoint;
-  const std::string path = checked_output(given, arguments.input);
+  std::string path = checked_output(given, arguments.input);
   if (path == output) throw Error(ErrorCode::kBadArgument, "--checkpoint '" + given + "': this is the output file");
   std::error_code status;
   const bool exists = std::filesystem::exists(path, status);
