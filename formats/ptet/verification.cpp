@@ -213,7 +213,13 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
   const auto wrong = [&](std::uint32_t r, const char* what) {
     tell({what, reader.blocks()[block_of[r]].offset, block_of[r], r, {}});
   };
-  std::vector<ErrorCode16> expected = content.own;
+  // Of the domain, the last code: those of fields may have differences at vertices outside, too.
+  const auto domain_code = [&](const std::vector<ErrorCode16>& all, std::size_t r) {
+    return all[r * codes + codes - 1];
+  };
+  std::vector<ErrorCode16> expected(content.refinement.record_count());
+  for (std::size_t r = 0; r < expected.size(); ++r)
+    expected[r] = domain_code(content.own, r);
   std::vector<char> is_used(reader.blocks().size()); // by needed block, of the block at hand
   std::uint64_t superfluous = 0;
   for (const std::uint32_t b : verified.decoded) {
@@ -223,10 +229,7 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
       for (const RecordId parent : content.refinement.parents(RecordId{r})) {
         generation = std::max(generation, content.generation[parent.index()] + 1);
         is_used[block_of[parent.index()]] = 1;
-        for (std::size_t i = 0; i < codes; ++i) {
-          ErrorCode16& most = expected[parent.index() * codes + i];
-          most = std::max(most, content.monotone[r * codes + i]);
-        }
+        expected[parent.index()] = std::max(expected[parent.index()], domain_code(content.monotone, r));
       }
       if (content.generation[r] != generation)
         wrong(r, "its generation is not one more than the greatest of its parents");
@@ -238,10 +241,8 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
   if (superfluous > 0)
     notes.push_back("the table names " + std::to_string(superfluous) + " needed blocks in which there is no parent");
   if (!verified.is_whole()) return; // what depends on a record may be missing
-  // Those of fields may have differences at vertices outside, too.
-  const std::size_t domain = codes - 1;
   for (std::uint32_t r = 0; r < content.refinement.record_count(); ++r)
-    if (content.monotone[r * codes + domain] > expected[r * codes + domain])
+    if (domain_code(content.monotone, r) > expected[r])
       wrong(r, "its monotone domain error is greater than its own and those of all that depend on it");
 }
 

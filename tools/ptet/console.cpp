@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <new>
 #include <utility>
 
 #include <unistd.h>
@@ -48,6 +49,30 @@ ExitCode exit_code_of(ErrorCode code) {
   case ErrorCode::kCancelled: return kExitInterrupted;
   }
   return kExitInternal;
+}
+
+int fail(ExitCode code, const std::string& message) {
+  std::cerr << "ptet: error: " << message << '\n';
+  return code;
+}
+
+int guarded(const std::function<int()>& run) {
+  try {
+    return run();
+  } catch (const Interrupted& error) {
+    std::cerr << "ptet: interrupted; " << error.what() << '\n';
+    return kExitInterrupted;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled) {
+      std::cerr << "ptet: interrupted; nothing was written\n";
+      return kExitInterrupted;
+    }
+    return fail(exit_code_of(error.code()), error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kExitLimit, "there is not enough memory for this");
+  } catch (const std::exception& error) {
+    return fail(kExitInternal, std::string("this is a fault of ptet: ") + error.what());
+  }
 }
 
 void catch_interrupts() {

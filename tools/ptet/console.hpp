@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <string>
 #include <string_view>
@@ -30,6 +31,10 @@ enum ExitCode : int {
   kExitInterrupted = 130,
 };
 [[nodiscard]] ExitCode exit_code_of(ErrorCode code);
+/// One line on standard error. Returns `code`.
+int fail(ExitCode code, const std::string& message);
+/// What `run` returns; what it throws becomes a line on standard error and its exit code.
+int guarded(const std::function<int()>& run);
 
 /// From here on SIGINT and SIGTERM set a flag that progress callbacks look at; a second one of the same kind kills.
 void catch_interrupts();

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <iostream>
 #include <memory>
-#include <new>
 #include <vector>
 
 #include <fcntl.h>
@@ -37,11 +36,6 @@ void hold_standard_streams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (fcntl(stream, F_GETFD) == -1 && errno == EBADF && open("/dev/null", O_RDONLY) != stream) _exit(kExitIo);
   }
-}
-
-int fail(ExitCode code, const std::string& message) {
-  std::cerr << "ptet: error: " << message << '\n';
-  return code;
 }
 
 /// Throws Error(kBadArgument), with the names there are.
@@ -121,25 +115,6 @@ int run(CLI::App& program, int argc, char** argv) {
   return kExitOk;
 }
 
-int guarded_run(CLI::App& program, int argc, char** argv) {
-  try {
-    return run(program, argc, argv);
-  } catch (const Interrupted& error) {
-    std::cerr << "ptet: interrupted; " << error.what() << '\n';
-    return kExitInterrupted;
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled) {
-      std::cerr << "ptet: interrupted; nothing was written\n";
-      return kExitInterrupted;
-    }
-    return fail(exit_code_of(error.code()), error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(kExitLimit, "there is not enough memory for this");
-  } catch (const std::exception& error) {
-    return fail(kExitInternal, std::string("this is a fault of ptet: ") + error.what());
-  }
-}
-
 } // namespace
 } // namespace ptet::cli
 
@@ -154,5 +129,5 @@ int main(int argc, char** argv) {
   std::ios::sync_with_stdio(false);
   CLI::App program("", "ptet");
   add_commands(program);
-  return guarded_run(program, argc, argv);
+  return guarded([&] { return run(program, argc, argv); });
 }

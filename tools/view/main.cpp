@@ -12,9 +12,7 @@
 #include <cmath>
 #include <csignal>
 #include <filesystem>
-#include <iostream>
 #include <memory>
-#include <new>
 #include <utility>
 
 namespace ptet::cli {
@@ -176,24 +174,6 @@ void run(const ViewArguments& arguments) {
     open_window(arguments, look);
 }
 
-int fail(ExitCode code, const std::string& message) {
-  std::cerr << "ptet: error: " << message << '\n';
-  return code;
-}
-
-int guarded_run(const ViewArguments& arguments) {
-  try {
-    about_file(arguments.input, [&] { run(arguments); });
-    return kExitOk;
-  } catch (const Error& error) {
-    return fail(exit_code_of(error.code()), error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(kExitLimit, "there is not enough memory for this");
-  } catch (const std::exception& error) {
-    return fail(kExitInternal, std::string("this is a fault of ptet: ") + error.what());
-  }
-}
-
 } // namespace
 } // namespace ptet::cli
 
@@ -208,5 +188,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return command.exit(error) == 0 ? kExitOk : kExitUsage;
   }
-  return guarded_run(arguments);
+  return guarded([&] {
+    about_file(arguments.input, [&] { run(arguments); });
+    return kExitOk;
+  });
 }
