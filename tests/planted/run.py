@@ -1,0 +1,94 @@
+#!/usr/bin/env python3
+"""Plants bugs, one at a time, and looks whether the tests find them.
+
+    tests/planted/run.py [--build DIR] [TITLE-PART...]
+
+Works on a copy of the committed sources, in build-planted, so nothing here is touched. Each bug of bugs.txt is built
+into the libraries, and unit_tests, golden_tests, fuzz_tests and property_tests run until one of them fails, without the
+real meshes. Takes a minute or two for each bug. Exit code 0: every one was found.
+"""
+import argparse
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+# Programs and what they run, the quick ones first.
+STEPS = (("unit_tests", []), ("golden_tests", []), ("fuzz_tests", []), ("property_tests", []))
+LONGEST = 900  # seconds a program may take: a bug may make it run for ever
+
+
+def read_bugs(text):
+    bugs = []
+    for part in text.split("\n== ")[1:]:
+        title, file, *lines = part.splitlines()
+        old = [line[2:] for line in lines if line.startswith("-")]
+        new = [line[2:] for line in lines if line.startswith("+")]
+        bugs.append((title, file, "".join(f"{line}\n" for line in old), "".join(f"{line}\n" for line in new)))
+    return bugs
+
+
+def run(*command, **options):
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+
+
+def found_by(build):
+    """The first program that fails, with what it says; None when none does."""
+    made = run("cmake", "--build", build, "--parallel", str(os.cpu_count()), "--target", *(name for name, _ in STEPS))
+    if made.returncode != 0:
+        return "the compiler", made.stdout[-2000:]
+    for name, arguments in STEPS:
+        try:
+            tried = run(str(build / name), "--abort", *arguments, timeout=LONGEST,
+                        env={**os.environ, "PTET_DATA": "/nonexistent"})
+        except subprocess.TimeoutExpired:
+            return f"{name} (no end)", ""
+        if tried.returncode != 0:
+            return name, tried.stdout[-2000:]
+    return None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build-planted", metavar="DIR")
+    parser.add_argument("titles", nargs="*", metavar="TITLE-PART", help="only bugs with one of these in their titles")
+    arguments = parser.parse_args()
+
+    bugs = [bug for bug in read_bugs((HERE / "bugs.txt").read_text())
+            if not arguments.titles or any(part in bug[0] for part in arguments.titles)]
+    source = arguments.build / "source"
+    build = arguments.build / "build"
+    if not source.exists():
+        subprocess.run(["git", "clone", "--quiet", "--shared", ROOT, source], check=True)
+    subprocess.run(["git", "-C", source, "fetch", "--quiet", ROOT, "HEAD"], check=True)
+    subprocess.run(["git", "-C", source, "checkout", "--quiet", "--force", "FETCH_HEAD"], check=True)
+    subprocess.run(["cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                    "-DPTET_BUILD_TOOLS=OFF", "-DPTET_BUILD_EXAMPLES=OFF"], check=True, stdout=subprocess.DEVNULL)
+    without = found_by(build)
+    if without is not None:
+        sys.exit(f"the tests fail without any bug: {without[0]}\n{without[1]}")
+
+    missed = []
+    for title, file, old, new in bugs:
+        path = source / file
+        text = path.read_text()
+        if text.count(old) != 1:
+            sys.exit(f"{title}: the lines to be taken out stand {text.count(old)} times in {file}, not once")
+        start = time.monotonic()
+        path.write_text(text.replace(old, new))
+        by = found_by(build)
+        path.write_text(text)
+        if by is None:
+            missed.append(title)
+        elif by[0] == "the compiler":
+            sys.exit(f"{title}: does not compile\n{by[1]}")
+        print(f"{by[0] if by else 'NOT FOUND':16} {time.monotonic() - start:5.0f} s  {title}", flush=True)
+    print(f"{len(bugs) - len(missed)} of {len(bugs)} found")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
