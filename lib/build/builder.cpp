@@ -398,11 +398,16 @@ private:
       if (bounds_domain_error()) domain_error = surface_.bound(vs, vd, domain_limit_);
     }
     if (options_.evaluation != Evaluation::kNone) trial.simulate();
+    commit(vs, vd, trial, domain_error, nullptr, height_of_record(vs));
+    return true;
+  }
+
+  /// One more than the records below its star.
+  [[nodiscard]] std::uint32_t height_of_record(Vertex vs) const {
     std::uint32_t height = 0;
     for (const SlotId s : complex_.star(vs))
       height = std::max(height, complex_.slot(s).height);
-    commit(vs, vd, trial, domain_error, nullptr, height + 1);
-    return true;
+    return height + 1;
   }
 
   /// Takes the collapses of a round by what was predicted of them.
@@ -562,7 +567,7 @@ private:
       domain_error = surface_.bound(vs, vd, domain_limit_);
       if (domain_error > domain_limit_) return CollapseStatus::kDomainError;
     }
-    commit(vs, vd, trial, domain_error, measured, candidates_->height(vs) + 1);
+    commit(vs, vd, trial, domain_error, measured, height_of_record(vs));
     return CollapseStatus::kAccepted;
   }
 
@@ -572,14 +577,14 @@ private:
     const auto deleted = check.deleted();
     const auto modified = check.modified();
     for (const std::span<const SlotId> part : {modified, deleted})
-      for (const SlotId s : part) {
+      for (const SlotId s : part)
         stream_.fine.push_back(VersionId{complex_.slot(s).version});
-        for (const Vertex x : complex_.slot(s).v) {
-          touched_[x] = round_;
-          if (x != complex_.dummy()) candidates_->forget(x);
-        }
-      }
-    touched_[complex_.dummy()] = 0;
+    touched_[vs] = round_;
+    candidates_->forget(vd); // its own cost has changed, not only its star
+    for (const LinkVertex& x : check.plan().link) {
+      touched_[x.vertex] = round_;
+      candidates_->change_star(x, vd, height);
+    }
 
     if (measured != nullptr) record_squared_errors(deleted, modified, measured->integrals);
     if (options_.evaluation != Evaluation::kNone) removed_.commit(complex_, deleted, trial.last_simulation());

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <tuple>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -16,6 +15,8 @@ constexpr std::uint32_t kLongestWait = 5;
 /// When the star of a vertex changes its cost may fall, but seldom to less than this part: what was far from being
 /// picked stays as it was seen last until the rounds come near.
 constexpr float kStale = 0.5F;
+/// Heights from here on count as one when vertices are picked.
+constexpr std::uint32_t kHighest = (1U << 24U) - 1;
 /// So much is predicted before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kGrainsBetweenLooks = 256;
 
@@ -32,13 +33,14 @@ Candidates::Candidates(const WorkingComplex& complex, const BoundarySurface& sur
     if (!frozen[v]) movable_.push_back(v);
 }
 
-/// The vertices that `v` may be unified with; sets its height.
+/// The vertices that `v` may be unified with; raises its height to what is found.
 void Candidates::find_targets(Vertex v, Worker& worker) {
   worker.targets.clear();
   ++worker.stamp;
   worker.mark[v] = worker.stamp;
   const bool boundary = surface_.contains(v);
-  std::uint32_t height = 0;
+  // Never lowered, so that it is the same whether a page is filled anew or mended.
+  std::uint32_t& height = pages_[v].height;
   for (const SlotId s : complex_.star(v)) {
     const Slot& slot = complex_.slot(s);
     height = std::max(height, slot.height);
@@ -50,7 +52,6 @@ void Candidates::find_targets(Vertex v, Worker& worker) {
       worker.targets.push_back(x);
     }
   }
-  pages_[v].height = height;
 }
 
 void Candidates::fill_page(Vertex v, Worker& worker) {
@@ -69,7 +70,47 @@ void Candidates::fill_page(Vertex v, Worker& worker) {
   std::partial_sort(half_edges.begin(), half_edges.begin() + static_cast<std::ptrdiff_t>(count), half_edges.end());
   std::copy_n(half_edges.begin(), count, page.best.begin());
   std::fill(page.best.begin() + static_cast<std::ptrdiff_t>(count), page.best.end(), HalfEdge{});
+  page.next = 0;
   if (prediction_ != Prediction::kExact && count > 0) page.floor = page.best[count - 1];
+}
+
+/// Takes from the page of `v` what is gone and puts on it what is new; everything on it may be tried again. False when
+/// it must be filled.
+bool Candidates::mend_page(Vertex v) {
+  Page& page = pages_[v];
+  if (!page.whole) return false;
+  const auto gone = std::remove_if(page.best.begin(), page.best.end(),
+                                   [&](const HalfEdge& h) { return h.target == kNone || !complex_.alive(h.target); });
+  auto count = static_cast<std::size_t>(gone - page.best.begin());
+  std::fill(gone, page.best.end(), HalfEdge{});
+  for (std::uint32_t n = page.news; n != kNone; n = news_[n].next) {
+    const HalfEdge joined{quadrics_->cost(v, news_[n].target), news_[n].target};
+    if (joined > page.floor) continue;
+    const bool full = count == kPage;
+    if (full && joined > page.best.back()) {
+      page.floor = page.best.back();
+      continue;
+    }
+    const auto end = page.best.begin() + static_cast<std::ptrdiff_t>(full ? kPage - 1 : count++);
+    const auto place = std::upper_bound(page.best.begin(), end, joined);
+    std::copy_backward(place, end, end + 1);
+    *place = joined;
+    if (full) page.floor = page.best.back();
+  }
+  page.news = kNone;
+  page.next = 0;
+  return count > 0;
+}
+
+void Candidates::change_star(const LinkVertex& v, Vertex vd, std::uint32_t height) {
+  Page& page = pages_[v.vertex];
+  dirty_[v.vertex] = 1;
+  page.height = std::max(page.height, height);
+  page.whole &= costs_last();
+  if (!page.whole || !(v.joins || v.joins_on_boundary)) return;
+  if (!(surface_.contains(v.vertex) ? v.joins_on_boundary : v.joins)) return;
+  news_.push_back({vd, page.news});
+  page.news = static_cast<std::uint32_t>(news_.size() - 1);
 }
 
 /// Replaces predicted by simulated costs: of every half-edge, or of the best ones beyond the floor, enough for a page.
@@ -108,7 +149,7 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
 void Candidates::predict(std::uint32_t round, const std::function<void()>& look) {
   std::erase_if(movable_, [&](Vertex v) { return !complex_.alive(v); });
   work_.clear();
-  // Where the star has changed since, the page begins anew.
+  // Where the star has changed since, the page is brought up to date first.
   std::erase_if(used_up_, [&](Vertex v) { return dirty_[v] != 0 || !complex_.alive(v); });
   const auto is_far = [&](Vertex v) {
     return simulates() && best(v).target != kNone && kStale * best(v).cost > round_cost_;
@@ -129,43 +170,54 @@ void Candidates::predict(std::uint32_t round, const std::function<void()>& look)
     oneapi::tbb::parallel_for(part, [&](const auto& range) {
       Worker& worker = workers_.local();
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        if (i + WorkingComplex::kPrefetch < range.end()) complex_.prefetch_star(work_[i + WorkingComplex::kPrefetch]);
+        const std::size_t ahead = i + WorkingComplex::kPrefetch;
+        if (ahead < range.end() && !pages_[work_[ahead]].whole) complex_.prefetch_star(work_[ahead]);
+        const Vertex v = work_[i];
         if (i < fresh) {
-          pages_[work_[i]].floor = kLowest;
-          fill_page(work_[i], worker);
+          if (mend_page(v)) continue;
+          Page& page = pages_[v];
+          page.floor = kLowest;
+          page.news = kNone;
+          page.whole = true;
+          fill_page(v, worker);
         } else {
-          turn_page(work_[i], worker, round);
+          turn_page(v, worker, round);
         }
       }
     });
   }
+  news_.clear();
 }
 
 std::vector<Vertex> Candidates::pick() {
-  std::vector<Vertex> live;
+  // Costs are not negative: their bits are in the same order as they.
+  keys_.clear();
   for (const Vertex v : movable_)
-    if (best(v).target != kNone) live.push_back(v);
-  if (live.empty()) return live;
-  const auto by_cost = [&](Vertex a, Vertex b) { return std::tie(best(a).cost, a) < std::tie(best(b).cost, b); };
+    if (best(v).target != kNone) keys_.push_back(std::uint64_t{std::bit_cast<std::uint32_t>(best(v).cost)} << 32U | v);
+  if (keys_.empty()) return {};
   const auto count = std::clamp<std::size_t>(
-      static_cast<std::size_t>(std::ceil(round_fraction_ * static_cast<double>(live.size()))), 1, live.size());
-  std::nth_element(live.begin(), live.begin() + static_cast<std::ptrdiff_t>(count - 1), live.end(), by_cost);
-  live.resize(count);
-  round_cost_ = best(live.back()).cost;
-  std::erase_if(live, [&](Vertex v) { return dirty_[v] != 0; }); // to be looked at again first
+      static_cast<std::size_t>(std::ceil(round_fraction_ * static_cast<double>(keys_.size()))), 1, keys_.size());
+  std::nth_element(keys_.begin(), keys_.begin() + static_cast<std::ptrdiff_t>(count - 1), keys_.end());
+  keys_.resize(count);
+  round_cost_ = best(static_cast<Vertex>(keys_.back())).cost;
+  std::erase_if(keys_,
+                [&](std::uint64_t key) { return dirty_[static_cast<Vertex>(key)] != 0; }); // to be looked at first
   // Within an octave of cost along the curve of the numbering: what is near in space is near in memory.
-  const auto octave = [&](Vertex v) { return std::bit_cast<std::uint32_t>(best(v).cost) >> 23U; };
-  std::sort(live.begin(), live.end(), [&](Vertex a, Vertex b) {
-    return std::make_tuple(pages_[a].height, octave(a), a) < std::make_tuple(pages_[b].height, octave(b), b);
-  });
-  return live;
+  for (std::uint64_t& key : keys_) {
+    const std::uint64_t height = std::min(pages_[static_cast<Vertex>(key)].height, kHighest);
+    key = height << 40U | key >> 55U << 32U | static_cast<Vertex>(key);
+  }
+  std::sort(keys_.begin(), keys_.end());
+  return {keys_.begin(), keys_.end()};
 }
 
 void Candidates::drop_best(Vertex v, std::uint32_t round) {
   Page& page = pages_[v];
-  std::shift_left(page.best.begin(), page.best.end(), 1);
-  page.best.back() = {};
-  if (page.best[0].target != kNone) return;
+  if (page.next + 1 < kPage && page.best[page.next + 1].target != kNone) {
+    ++page.next;
+    return;
+  }
+  page.best[page.next] = {};
   if (prediction_ == Prediction::kExact) { // costs are simulated: with those of the next round, in parallel
     used_up_.push_back(v);
     return;
@@ -176,6 +228,7 @@ void Candidates::drop_best(Vertex v, std::uint32_t round) {
 /// The next page of `v`, or a pause.
 void Candidates::turn_page(Vertex v, Worker& worker, std::uint32_t round) {
   Page& page = pages_[v];
+  page.whole = false;
   fill_page(v, worker);
   // A vertex that nothing can be done with is likely to stay so: wait longer each time.
   if (page.best[0].target == kNone) page.resume_round = round + (1U << std::min(page.failures++, kLongestWait));
@@ -183,14 +236,15 @@ void Candidates::turn_page(Vertex v, Worker& worker, std::uint32_t round) {
 
 void Candidates::raise_best(Vertex v, float cost) {
   Page& page = pages_[v];
-  page.best[0].cost = std::max(page.best[0].cost, cost);
-  std::sort(page.best.begin(), page.best.end());
+  const auto next = page.best.begin() + page.next;
+  next->cost = std::max(next->cost, cost);
+  std::sort(next, page.best.end());
 }
 
 void Candidates::forget_all() {
   round_cost_ = std::numeric_limits<float>::infinity();
   for (const Vertex v : movable_) {
-    dirty_[v] = 1;
+    forget(v);
     pages_[v].resume_round = 0;
   }
 }

@@ -1,5 +1,6 @@
 #include "build/collapse_check.hpp"
 
+#include "build/collapse_geometry.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/shape.hpp"
 
@@ -19,27 +20,59 @@ CollapseCheck::CollapseCheck(const WorkingComplex& complex, const std::vector<Po
     : complex_(complex), positions_(positions), min_quality_(static_cast<float>(min_quality)), max_star_(max_star),
       mark_(complex.vertex_count() + 1) {}
 
-void CollapseCheck::classify(Vertex vs, Vertex vd) {
-  deleted_.clear();
-  modified_.clear();
+void CollapseCheck::classify() {
+  plan_.deleted.clear();
+  plan_.modified.clear();
+  plan_.moves_boundary = moves_along_boundary_ = false;
+  worst_old_ = 1;
+  for (const SlotId s : complex_.star(plan_.vs)) {
+    const Slot& slot = complex_.slot(s);
+    const bool holds_vd = has_corner(slot.v, plan_.vd);
+    (holds_vd ? plan_.deleted : plan_.modified).push_back(s);
+    if (complex_.is_ghost(slot)) {
+      plan_.moves_boundary = true;
+      moves_along_boundary_ |= holds_vd;
+    } else {
+      worst_old_ = std::min(worst_old_, slot.quality);
+    }
+  }
+}
+
+void CollapseCheck::mark_links() {
+  plan_.link.clear();
   link_edges_.clear();
-  for (const SlotId s : complex_.star(vs)) {
-    const auto& v = complex_.slot(s).v;
-    const bool holds_vd = v[0] == vd || v[1] == vd || v[2] == vd || v[3] == vd;
-    (holds_vd ? deleted_ : modified_).push_back(s);
-    for (const Vertex x : v)
-      mark_[x] = std::max(mark_[x], stamp_ + kInLinkOfVs);
-    if (!holds_vd) continue;
+  const auto mark = [&](const Slot& slot, std::uint32_t as) {
+    for (const Vertex x : slot.v) {
+      if (x == plan_.vs) continue;
+      if (!in_link_of_vs(x)) {
+        mark_[x] = stamp_;
+        if (x != complex_.dummy()) plan_.link.push_back({x, false, false});
+      }
+      mark_[x] |= as;
+    }
+  };
+  for (const SlotId s : plan_.modified) {
+    const Slot& slot = complex_.slot(s);
+    mark(slot, plan_.moves_boundary && complex_.is_ghost(slot) ? kOnBoundary : 0);
+  }
+  for (const SlotId s : plan_.deleted) {
+    const Slot& slot = complex_.slot(s);
+    mark(slot, complex_.is_ghost(slot) ? kInLinkOfEdge | kOnBoundaryOfEdge : kInLinkOfEdge);
     Edge edge{};
     std::size_t i = 0;
-    for (const Vertex x : v)
-      if (x != vs && x != vd) {
-        mark_[x] = stamp_ + kInLinkOfVs + kInLinkOfEdge;
-        edge[i++] = x;
-      }
+    for (const Vertex x : slot.v)
+      if (x != plan_.vs && x != plan_.vd) edge[i++] = x;
     link_edges_.push_back(edge);
   }
-  moves_boundary_ = in_link_of_vs(complex_.dummy());
+  mark_[plan_.vd] = stamp_; // not in the link of the edge
+}
+
+void CollapseCheck::find_joining() {
+  for (LinkVertex& x : plan_.link) {
+    const std::uint32_t mark = mark_[x.vertex];
+    x.joins = (mark & kInLinkOfEdge) == 0;
+    x.joins_on_boundary = (mark & (kOnBoundary | kOnBoundaryOfEdge)) == kOnBoundary;
+  }
 }
 
 void CollapseCheck::common_edges(const Slot& slot, Vertex apex, std::vector<Edge>& into) const {
@@ -59,23 +92,23 @@ void CollapseCheck::common_edges(const Slot& slot, Vertex apex, std::vector<Edge
     }
 }
 
-bool CollapseCheck::link_condition(Vertex vs, Vertex vd) {
+bool CollapseCheck::link_condition() {
+  const auto [vs, vd] = std::pair(plan_.vs, plan_.vd);
   const auto has_link_triangle = [&](const Slot& slot, Vertex apex) {
     return std::all_of(slot.v.begin(), slot.v.end(), [&](Vertex x) { return x == apex || in_link_of_edge(x); });
   };
   chords_.clear();
   // A triangle in both links with no common chord has all its edges in Lk(e), which then is its border.
   bool vs_has_triangle = false;
-  for (const SlotId s : modified_) {
+  for (const SlotId s : plan_.modified) {
     common_edges(complex_.slot(s), vs, chords_);
     vs_has_triangle |= link_edges_.size() == 3 && has_link_triangle(complex_.slot(s), vs);
   }
   for (const SlotId s : complex_.star(vd)) {
     const Slot& slot = complex_.slot(s);
-    const auto& v = slot.v;
-    if (v[0] == vs || v[1] == vs || v[2] == vs || v[3] == vs) continue;
-    for (const Vertex x : v)
-      if (x != vd && mark_[x] == stamp_ + kInLinkOfVs) return false;
+    if (has_corner(slot.v, vs)) continue;
+    for (const Vertex x : slot.v)
+      if (x != vd && in_link_of_vs(x) && !in_link_of_edge(x)) return false;
     if (!chords_.empty()) {
       scratch_.clear();
       common_edges(slot, vd, scratch_);
@@ -87,8 +120,9 @@ bool CollapseCheck::link_condition(Vertex vs, Vertex vd) {
   return true;
 }
 
-bool CollapseCheck::inverts(Vertex vs, Vertex vd) const {
-  for (const SlotId s : modified_) {
+bool CollapseCheck::inverts() const {
+  const auto [vs, vd] = std::pair(plan_.vs, plan_.vd);
+  for (const SlotId s : plan_.modified) {
     const Slot& slot = complex_.slot(s);
     if (complex_.is_ghost(slot)) continue;
     const auto at = [&](std::size_t i) -> const Point& { return positions_[slot.v[i] == vs ? vd : slot.v[i]]; };
@@ -102,21 +136,18 @@ bool CollapseCheck::inverts(Vertex vs, Vertex vd) const {
   return false;
 }
 
-bool CollapseCheck::spoils_shapes(Vertex vs, Vertex vd) {
-  new_quality_.clear();
-  float worst_old = 1;
-  for (const std::span<const SlotId> part : {deleted(), modified()})
-    for (const SlotId s : part)
-      if (!complex_.is_ghost(complex_.slot(s))) worst_old = std::min(worst_old, complex_.slot(s).quality);
-  for (const SlotId s : modified_) {
+bool CollapseCheck::spoils_shapes() {
+  const auto [vs, vd] = std::pair(plan_.vs, plan_.vd);
+  plan_.new_quality.clear();
+  for (const SlotId s : plan_.modified) {
     const Slot& slot = complex_.slot(s);
     float quality = 0;
     if (!complex_.is_ghost(slot)) {
       const auto at = [&](std::size_t i) -> const Point& { return positions_[slot.v[i] == vs ? vd : slot.v[i]]; };
       quality = static_cast<float>(shape_quality(at(0), at(1), at(2), at(3)));
-      if (quality < min_quality_ && quality < worst_old) return true;
+      if (quality < min_quality_ && quality < worst_old_) return true;
     }
-    new_quality_.push_back(quality);
+    plan_.new_quality.push_back(quality);
   }
   return false;
 }
@@ -127,23 +158,28 @@ CollapseStatus CollapseCheck::examine(Vertex vs, Vertex vd) {
     std::fill(mark_.begin(), mark_.end(), 0);
     stamp_ = kMarkStep;
   }
+  plan_.vs = vs;
+  plan_.vd = vd;
   const std::size_t size_vs = complex_.star(vs).size();
   const std::size_t size_vd = complex_.star(vd).size();
   if (size_vs > kMaxRemovedStar) return CollapseStatus::kStarTooLarge;
-  classify(vs, vd);
+  classify();
   // A boundary vertex leaves the boundary as it is only along an edge of it.
-  if (moves_boundary_ && !in_link_of_edge(complex_.dummy())) return CollapseStatus::kBoundaryVertex;
-  const std::size_t new_size = size_vs + size_vd - 2 * deleted_.size();
+  if (plan_.moves_boundary && !moves_along_boundary_) return CollapseStatus::kBoundaryVertex;
+  const std::size_t new_size = size_vs + size_vd - 2 * plan_.deleted.size();
   if (new_size > max_star_ && new_size > size_vd) return CollapseStatus::kStarTooLarge;
   const auto loses_all_tets = [&] {
-    return std::all_of(modified_.begin(), modified_.end(),
+    return std::all_of(plan_.modified.begin(), plan_.modified.end(),
                        [&](SlotId s) { return complex_.is_ghost(complex_.slot(s)); });
   };
   if (loses_all_tets()) return CollapseStatus::kLinkCondition;
-  // Orientation before the link condition: it refuses most, and does not visit the star of vd.
-  if (inverts(vs, vd)) return CollapseStatus::kInverted;
-  if (!link_condition(vs, vd)) return CollapseStatus::kLinkCondition;
-  return spoils_shapes(vs, vd) ? CollapseStatus::kQuality : CollapseStatus::kAccepted;
+  // The link condition last: it refuses least, and visits the star of vd.
+  if (inverts()) return CollapseStatus::kInverted;
+  if (spoils_shapes()) return CollapseStatus::kQuality;
+  mark_links();
+  if (!link_condition()) return CollapseStatus::kLinkCondition;
+  find_joining();
+  return CollapseStatus::kAccepted;
 }
 
 } // namespace ptet::build

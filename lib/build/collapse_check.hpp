@@ -11,9 +11,28 @@
 #include "ptet/build.hpp"
 
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace ptet::build {
+
+/// A vertex of Lk(vs), and whether the collapse vs -> vd makes it a new neighbour of vd.
+struct LinkVertex {
+  Vertex vertex;
+  bool joins;             ///< by an edge
+  bool joins_on_boundary; ///< by an edge of the boundary
+};
+
+/// All that doing a collapse needs to know of it.
+struct CollapsePlan {
+  Vertex vs = kNone;
+  Vertex vd = kNone;
+  bool moves_boundary = false; ///< vs is a vertex of the boundary
+  std::vector<SlotId> deleted;
+  std::vector<SlotId> modified;
+  std::vector<float> new_quality; ///< of each modified slot after the collapse
+  std::vector<LinkVertex> link;   ///< of vs; without the dummy
+};
 
 class CollapseCheck {
 public:
@@ -21,41 +40,44 @@ public:
                 std::uint32_t max_star);
 
   /// kAccepted, or the first reason against vs -> vd. What depends on fields or on the geometry of the boundary is not
-  /// looked at here. Leaves D(e), M(e) and the new qualities below, complete when accepted.
+  /// looked at here. Leaves the plan below, complete when accepted.
   [[nodiscard]] CollapseStatus examine(Vertex vs, Vertex vd);
 
-  [[nodiscard]] std::span<const SlotId> deleted() const { return deleted_; }
-  [[nodiscard]] std::span<const SlotId> modified() const { return modified_; }
-  /// For each modified slot its quality after the collapse.
-  [[nodiscard]] std::span<const float> new_quality() const { return new_quality_; }
-  /// vs is a vertex of the boundary.
-  [[nodiscard]] bool moves_boundary() const { return moves_boundary_; }
+  [[nodiscard]] const CollapsePlan& plan() const { return plan_; }
+  /// Exchanges what the last examination left for what an earlier one did.
+  void swap(CollapsePlan& plan) { std::swap(plan_, plan); }
+  [[nodiscard]] std::span<const SlotId> deleted() const { return plan_.deleted; }
+  [[nodiscard]] std::span<const SlotId> modified() const { return plan_.modified; }
+  [[nodiscard]] std::span<const float> new_quality() const { return plan_.new_quality; }
+  [[nodiscard]] bool moves_boundary() const { return plan_.moves_boundary; }
 
 private:
   using Edge = std::array<Vertex, 2>;
 
-  void classify(Vertex vs, Vertex vd);
-  [[nodiscard]] bool link_condition(Vertex vs, Vertex vd);
+  void classify();
+  void mark_links();
+  [[nodiscard]] bool link_condition();
   void common_edges(const Slot& slot, Vertex apex, std::vector<Edge>& into) const;
-  [[nodiscard]] bool inverts(Vertex vs, Vertex vd) const;
-  [[nodiscard]] bool spoils_shapes(Vertex vs, Vertex vd);
+  [[nodiscard]] bool inverts() const;
+  [[nodiscard]] bool spoils_shapes();
+  void find_joining();
 
   const WorkingComplex& complex_;
   const std::vector<Point>& positions_;
   float min_quality_;
   std::uint32_t max_star_;
 
-  std::vector<SlotId> deleted_;
-  std::vector<SlotId> modified_;
-  std::vector<float> new_quality_;
-  bool moves_boundary_ = false;
+  CollapsePlan plan_;
+  float worst_old_ = 1;               ///< quality in the star
+  bool moves_along_boundary_ = false; ///< vs vd is an edge of the boundary
 
   // Marks by vertex, dummy included, in one word: the stamp of this examination plus what the vertex is.
-  static constexpr std::uint32_t kInLinkOfVs = 1;
-  static constexpr std::uint32_t kInLinkOfEdge = 2;
-  static constexpr std::uint32_t kMarkStep = 4;
-  [[nodiscard]] bool in_link_of_vs(Vertex x) const { return mark_[x] > stamp_; }
-  [[nodiscard]] bool in_link_of_edge(Vertex x) const { return mark_[x] > stamp_ + kInLinkOfVs; }
+  static constexpr std::uint32_t kInLinkOfEdge = 1;
+  static constexpr std::uint32_t kOnBoundary = 2;       ///< joined to vs by an edge of the boundary
+  static constexpr std::uint32_t kOnBoundaryOfEdge = 4; ///< by a face of the boundary to vs and vd
+  static constexpr std::uint32_t kMarkStep = 8;
+  [[nodiscard]] bool in_link_of_vs(Vertex x) const { return mark_[x] >= stamp_; }
+  [[nodiscard]] bool in_link_of_edge(Vertex x) const { return in_link_of_vs(x) && (mark_[x] & kInLinkOfEdge) != 0; }
 
   std::uint32_t stamp_ = 0;
   std::vector<std::uint32_t> mark_;

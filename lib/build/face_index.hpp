@@ -1,15 +1,17 @@
 // A dynamic index of boundary faces by bounding box: which faces may a triangle meet?
+//
+//   boxes_   [ - | 1 | 2 3 | 4 5 6 7 | ... leaves ]     node i holds what its children 2i and 2i + 1 hold
+//
+// The tree keeps the shape it got from the original faces. A face that moves stays near and keeps its leaf, one that
+// goes leaves an empty box; the nodes above are fitted again, up to the first that stays as it was.
 #pragma once
 
 #include "build/working_complex.hpp"
+#include "error/box_tree.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <vector>
-
-#include <boost/geometry.hpp>
-#include <boost/geometry/geometries/box.hpp>
-#include <boost/geometry/geometries/point.hpp>
-#include <boost/geometry/index/rtree.hpp>
 
 namespace ptet::build {
 
@@ -17,47 +19,78 @@ class FaceIndex {
 public:
   using Corners = std::array<Point, 3>;
 
+  /// `ghosts`: all of the complex, ascending; none has gone.
   void build(const WorkingComplex& complex, const std::vector<Point>& positions, std::span<const SlotId> ghosts) {
-    std::vector<Entry> entries;
-    entries.reserve(ghosts.size());
-    box_of_.resize(complex.slot_count());
+    if (ghosts.empty()) return;
+    first_ghost_ = ghosts.front();
+    std::vector<BoundingBox> boxes;
+    boxes.reserve(ghosts.size());
     for (const SlotId s : ghosts) {
-      Corners corners;
-      std::size_t i = 0;
+      BoundingBox& box = boxes.emplace_back();
       for (const Vertex v : complex.slot(s).v)
-        if (v != complex.dummy()) corners[i++] = positions[v];
-      box_of_[s] = box(corners);
-      entries.emplace_back(box_of_[s], s);
+        if (v != complex.dummy()) box.add(positions[v]);
     }
-    tree_ = Tree(entries.begin(), entries.end());
+    leaf_count_ = std::bit_ceil(ghosts.size());
+    boxes_.resize(2 * leaf_count_);
+    slot_of_leaf_.resize(leaf_count_);
+    leaf_.resize(ghosts.back() - first_ghost_ + 1);
+    // Faces in an order that halves them in space again and again, and the free leaves spread among them.
+    const std::vector<std::uint32_t> order = BoxTree(boxes).order();
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const SlotId s = ghosts[order[i]];
+      const std::size_t leaf = i * leaf_count_ / order.size();
+      leaf_[s - first_ghost_] = static_cast<std::uint32_t>(leaf);
+      slot_of_leaf_[leaf] = s;
+      boxes_[leaf_count_ + leaf] = boxes[order[i]];
+    }
+    for (std::size_t node = leaf_count_ - 1; node > 0; --node)
+      boxes_[node] = joined(node);
   }
   /// Appends the faces whose box meets that of the triangle.
   void query(const Corners& corners, std::vector<SlotId>& hits) const {
-    for (auto it = tree_.qbegin(boost::geometry::index::intersects(box(corners))); it != tree_.qend(); ++it)
-      hits.push_back(it->second);
+    const BoundingBox wanted = box_of(corners);
+    std::array<std::size_t, 64> pending; // one for each level, and there are 32 at most
+    std::size_t count = 0;
+    if (!boxes_.empty()) pending[count++] = 1;
+    while (count > 0) {
+      const std::size_t node = pending[--count];
+      if (!boxes_[node].meets(wanted)) continue;
+      if (node >= leaf_count_) {
+        hits.push_back(slot_of_leaf_[node - leaf_count_]);
+        continue;
+      }
+      pending[count++] = 2 * node + 1;
+      pending[count++] = 2 * node;
+    }
   }
-  void erase(SlotId s) { tree_.remove(Entry(box_of_[s], s)); }
-  void replace(SlotId s, const Corners& corners) {
-    erase(s);
-    box_of_[s] = box(corners);
-    tree_.insert(Entry(box_of_[s], s));
-  }
+  void erase(SlotId s) { put(s, {}); }
+  void replace(SlotId s, const Corners& corners) { put(s, box_of(corners)); }
 
 private:
-  using BoxPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
-  using Box = boost::geometry::model::box<BoxPoint>;
-  using Entry = std::pair<Box, SlotId>;
-  using Tree = boost::geometry::index::rtree<Entry, boost::geometry::index::linear<16>>;
-
-  static Box box(const Corners& c) {
-    const auto [x0, x1] = std::minmax({c[0][0], c[1][0], c[2][0]});
-    const auto [y0, y1] = std::minmax({c[0][1], c[1][1], c[2][1]});
-    const auto [z0, z1] = std::minmax({c[0][2], c[1][2], c[2][2]});
-    return {BoxPoint(x0, y0, z0), BoxPoint(x1, y1, z1)};
+  [[nodiscard]] BoundingBox joined(std::size_t node) const {
+    BoundingBox box = boxes_[2 * node];
+    const BoundingBox& other = boxes_[2 * node + 1];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.low[axis] = std::min(box.low[axis], other.low[axis]);
+      box.high[axis] = std::max(box.high[axis], other.high[axis]);
+    }
+    return box;
+  }
+  void put(SlotId s, const BoundingBox& box) {
+    std::size_t node = leaf_count_ + leaf_[s - first_ghost_];
+    boxes_[node] = box;
+    while ((node /= 2) > 0) {
+      const BoundingBox fitted = joined(node);
+      if (fitted.low == boxes_[node].low && fitted.high == boxes_[node].high) return;
+      boxes_[node] = fitted;
+    }
   }
 
-  std::vector<Box> box_of_; ///< by slot; ghosts only
-  Tree tree_;
+  SlotId first_ghost_ = 0;
+  std::size_t leaf_count_ = 0;       ///< a power of 2
+  std::vector<BoundingBox> boxes_;   ///< by node; an empty one meets nothing
+  std::vector<SlotId> slot_of_leaf_; ///< where there is one
+  std::vector<std::uint32_t> leaf_;  ///< by slot, from the first ghost on
 };
 
 } // namespace ptet::build

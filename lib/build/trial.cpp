@@ -13,14 +13,9 @@ Trial::Trial(const WorkingComplex& complex, const std::vector<Point>& positions,
   if (exact != nullptr) workspace_.emplace(*exact);
 }
 
-CollapseStatus Trial::examine(Vertex vs, Vertex vd) {
-  vs_ = vs;
-  vd_ = vd;
-  return check_.examine(vs, vd);
-}
-
 const RemovedVertices::Simulation& Trial::simulate() {
-  removed_.simulate(complex_, vs_, vd_, check_.deleted(), check_.modified(), check_.moves_boundary(), simulation_);
+  removed_.simulate(complex_, check_.plan().vs, check_.plan().vd, check_.deleted(), check_.modified(),
+                    check_.moves_boundary(), simulation_);
   return simulation_;
 }
 
@@ -32,7 +27,7 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, std::vector<d
     Tet version;
     for (std::size_t i = 0; i < 4; ++i) {
       const Vertex x = complex_.slot(slot).v[i];
-      version[i] = VertexId{x == vs_ ? vd_ : x};
+      version[i] = VertexId{x == check_.plan().vs ? check_.plan().vd : x};
     }
     measured_ = errors;
     const std::span<double> squared = integrals != nullptr ? std::span<double>(squared_) : std::span<double>();

@@ -18,8 +18,11 @@ public:
         const ExactFieldError* exact, double min_quality, std::uint32_t max_star);
 
   /// As CollapseCheck::examine. What follows is about the half-edge last examined, and it must have been accepted.
-  [[nodiscard]] CollapseStatus examine(Vertex vs, Vertex vd);
+  [[nodiscard]] CollapseStatus examine(Vertex vs, Vertex vd) { return check_.examine(vs, vd); }
   [[nodiscard]] const CollapseCheck& check() const { return check_; }
+  /// Exchanges what the last examination found for what another one has, by whichever trial; both stars must still be
+  /// as they were then.
+  void swap(CollapsePlan& plan) { check_.swap(plan); }
 
   /// Errors at the removed vertices.
   const RemovedVertices::Simulation& simulate();
@@ -46,8 +49,6 @@ private:
   const RemovedVertices& removed_;
   const ExactFieldError* exact_;
   CollapseCheck check_;
-  Vertex vs_ = kNone;
-  Vertex vd_ = kNone;
   RemovedVertices::Simulation simulation_;
   std::optional<ExactFieldError::Workspace> workspace_;
   std::vector<double> measured_;
