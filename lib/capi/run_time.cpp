@@ -10,6 +10,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -46,6 +47,9 @@ private:
 /// By their numbers in ptet.h, which stay as they are.
 constexpr std::array kLimits{LimitedBy::kNothing, LimitedBy::kError,   LimitedBy::kFocus,  LimitedBy::kBudget,
                              LimitedBy::kTime,    LimitedBy::kLoading, LimitedBy::kMemory, LimitedBy::kUnreadable};
+
+constexpr std::array kOriginValues{OriginValue::kFieldError, OriginValue::kDomainError, OriginValue::kLevel,
+                                   OriginValue::kGeneration};
 
 OpenOptions options_from(const ptet_open_options* given) {
   OpenOptions options;
@@ -455,6 +459,26 @@ const uint32_t* ptet_extraction_vertices_in_file(const ptet_extraction* extracti
 
 const uint32_t* ptet_extraction_made_by(const ptet_extraction* extraction) {
   return extraction == nullptr ? nullptr : numbers_of(extraction->extraction.made_by);
+}
+
+ptet_status ptet_dataset_get_origin_values(const ptet_dataset* dataset, const uint32_t* made_by, uint64_t count,
+                                           ptet_origin_value what, uint32_t field, double* values, ptet_error** error) {
+  return guarded(error, [&] {
+    const Dataset& data = *required(dataset, "the dataset").data;
+    if (count == 0) return;
+    const std::uint32_t& first = required(made_by, "the list of records");
+    double& into = required(values, "where to put the values");
+    const std::span records(reinterpret_cast<const RecordId*>(&first), static_cast<std::size_t>(count));
+    const auto number = static_cast<std::size_t>(what); // a negative one becomes large
+    if (number >= kOriginValues.size()) refuse("there is no origin value " + std::to_string(what));
+    std::size_t place = 0;
+    if (what == PTET_ORIGIN_FIELD_ERROR) {
+      const GoverningPlaces places = governing_places(data.info());
+      if (field >= places.size() || !places[field]) refuse("field " + std::to_string(field) + " does not govern");
+      place = *places[field];
+    }
+    data.origin_values(records, kOriginValues[number], place, {&into, static_cast<std::size_t>(count)});
+  });
 }
 
 double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field) {

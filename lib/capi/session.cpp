@@ -86,6 +86,10 @@ const uint32_t* ptet_session_boundary_faces(const ptet_session* session, uint64_
   return session == nullptr ? no_rows(slots) : rows_of(session->session.boundary_faces(), slots);
 }
 
+const uint32_t* ptet_session_made_by(const ptet_session* session, uint64_t* slots) {
+  return session == nullptr ? no_rows(slots) : rows_of(session->session.made_by(), slots);
+}
+
 const uint32_t* ptet_session_vertices_in_file(const ptet_session* session, uint64_t* slots) {
   return session == nullptr ? no_rows(slots) : rows_of(session->session.vertices(), slots);
 }

@@ -5,7 +5,9 @@
 #include "lod/provenance.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
+#include <limits>
 
 namespace ptet {
 namespace {
@@ -98,6 +100,46 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
     extraction.read_requests = hierarchy.read_requests();
     extraction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return extraction;
+  }
+}
+
+void Dataset::origin_values(std::span<const RecordId> made_by, OriginValue what, std::size_t field,
+                            std::span<double> values) const {
+  if (values.size() != made_by.size())
+    throw Error(ErrorCode::kBadArgument,
+                std::to_string(values.size()) + " values for " + std::to_string(made_by.size()) + " records");
+  const Hierarchy& hierarchy = impl_->hierarchy;
+  const std::size_t codes = hierarchy.errors_per_record();
+  if (what == OriginValue::kFieldError && field + 1 >= codes)
+    throw Error(ErrorCode::kBadArgument, "there is no governing field " + std::to_string(field));
+  const auto lock = hierarchy.lock();
+  const file::Content& content = hierarchy.content();
+  const auto fill = [&](auto&& value_of) {
+    for (std::size_t i = 0; i < made_by.size(); ++i) {
+      const std::uint32_t r = made_by[i].index();
+      if (!made_by[i].is_none() && r >= content.generation.size())
+        throw Error(ErrorCode::kBadArgument, "there is no record " + std::to_string(r));
+      values[i] = made_by[i].is_none()                      ? 0.0
+                  : !content.refinement.applied(made_by[i]) ? std::numeric_limits<double>::quiet_NaN()
+                                                            : static_cast<double>(value_of(r));
+    }
+  };
+  switch (what) {
+  case OriginValue::kFieldError: {
+    std::vector<double> ranges;
+    for (const file::ArrayInfo& array : hierarchy.header().arrays)
+      if (array.governing) ranges.push_back(array.range);
+    fill([&](std::size_t r) { return decode_error(content.own[r * codes + field], ranges[field]); });
+    break;
+  }
+  case OriginValue::kDomainError:
+    fill([&](std::size_t r) { return decode_error(content.own[(r + 1) * codes - 1], hierarchy.header().diagonal); });
+    break;
+  case OriginValue::kLevel:
+    // Records come from coarse to fine: so many vertices were there when this one made the tet, about.
+    fill([&](std::uint64_t r) { return std::bit_width(info().vertices / (info().base_vertices + r + 1)); });
+    break;
+  case OriginValue::kGeneration: fill([&](std::size_t r) { return content.generation[r]; }); break;
   }
 }
 

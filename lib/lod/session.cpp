@@ -50,6 +50,10 @@ public:
     result_ = {};
     find_changes();
     mesh_->make_room();
+    if (request_.origins)
+      mesh_->follow_creators(cut_->read(), applied_);
+    else
+      mesh_->forget_creators();
     result_.complete = change(request.max_milliseconds, begin);
     cut_->drop_touched([&](std::uint32_t r) { return cut_->contains(r) != (applied_[r] != 0); });
     mesh_->show_unused_vertices(applied_count_ == applied_.size());
@@ -231,6 +235,9 @@ std::span<const std::array<std::uint32_t, 3>> Session::boundary_faces() const {
 }
 std::span<const VertexId> Session::vertices() const {
   return impl_->mesh().vertices();
+}
+std::span<const RecordId> Session::made_by() const {
+  return impl_->mesh().made_by();
 }
 const PointArray& Session::positions() const {
   return impl_->mesh().positions();

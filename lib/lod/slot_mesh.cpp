@@ -144,6 +144,7 @@ void SlotMesh::fetch_slots(RecordId r) const {
     if (place.is_ghost() || slot == kUnused) continue; // of a split that is yet to come
     __builtin_prefetch(&tets_.rows[slot]);
     __builtin_prefetch(&tets_.changed_at[slot]);
+    if (creators_) __builtin_prefetch(&made_by_[slot]);
   }
 }
 
@@ -164,9 +165,15 @@ void SlotMesh::split(RecordId r) {
       add_ghost(place, {v, u, a, b}, a == kUnused ? 2 : 3);
     else
       slot_of_place_[place] = tets_.take({v, u, a, b}, now_);
+    if (creators_ && a != kUnused && b != kUnused) set_creator(slot_of_place_[place], creators_->first(place));
     ++place;
     a = b;
   }
+  if (!creators_) return;
+  const std::span<const RecordId> next = creators_->next(r);
+  const std::span<const Place> modified = refinement.modified(r);
+  for (std::size_t k = 0; k < modified.size(); ++k)
+    if (!modified[k].is_ghost()) made_by_[slot_of_place_[modified[k].index()]] = next[k];
 }
 
 void SlotMesh::collapse(RecordId r) {
@@ -182,10 +189,68 @@ void SlotMesh::collapse(RecordId r) {
     const std::uint32_t slot = slot_of_place_[refinement.rim_place(r) + i];
     if (rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex)
       faces_.release(slot, kNoFace, now_);
-    else
+    else {
       tets_.release(slot, kNoTet, now_);
+      if (creators_) made_by_[slot] = RecordId{};
+    }
   }
+  if (creators_)
+    for (const Place place : refinement.modified(r))
+      if (!place.is_ghost()) made_by_[slot_of_place_[place.index()]] = r;
   remove_vertex(refinement.vertex_of(r));
+}
+
+// ---- who made the tets ----
+
+void SlotMesh::follow_creators(const BlockSet& known, const std::vector<char>& applied) {
+  const bool begins = !creators_.has_value();
+  if (begins || !creators_->can_learn(known)) {
+    creators_.emplace(hierarchy_);
+    creators_->learn(known, [](Place, RecordId, RecordId) {});
+    find_creators(applied);
+  } else {
+    // What a record leaves that was the last one so far was taken for an original tet.
+    creators_->learn(known, [&](Place place, RecordId before, RecordId r) {
+      const bool is_there = before.is_none() || applied[before.index()] != 0;
+      if (is_there && !place.is_ghost() && applied[r.index()] == 0) set_creator(slot_of_place_[place.index()], r);
+    });
+  }
+  if (!begins) return;
+  for (std::uint32_t slot = 0; slot < tets_.rows.size(); ++slot)
+    if (tets_.rows[slot] != kNoTet) tets_.tell(slot, now_);
+}
+
+// In each place of the mesh it is the record after the last one that is split.
+void SlotMesh::find_creators(const std::vector<char>& applied) {
+  const Refinement& refinement = hierarchy_.content().refinement;
+  made_by_.resize(tets_.rows.size());
+  const auto set_unless_split = [&](std::uint32_t place, RecordId creator) {
+    if (creator.is_none() || applied[creator.index()] == 0) set_creator(slot_of_place_[place], creator);
+  };
+  for (std::uint32_t place = 0; place < refinement.base_tet_count(); ++place)
+    set_unless_split(place, creators_->first(place));
+  for (std::uint32_t i = 0; i < applied.size(); ++i) {
+    if (applied[i] == 0) continue;
+    const RecordId r{i};
+    const std::span<const RecordId> next = creators_->next(r);
+    const std::span<const Place> modified = refinement.modified(r);
+    for (std::size_t k = 0; k < modified.size(); ++k)
+      if (!modified[k].is_ghost()) set_unless_split(modified[k].index(), next[k]);
+    const std::span<const VertexId> rim = refinement.rim(r);
+    for (std::uint32_t k = 0; k < rim.size(); ++k)
+      if (rim[k] != kDummyVertex && rim[k + 1 < rim.size() ? k + 1 : 0] != kDummyVertex)
+        set_unless_split(refinement.rim_place(r) + k, creators_->first(refinement.rim_place(r) + k));
+  }
+}
+
+void SlotMesh::set_creator(std::uint32_t slot, RecordId creator) {
+  if (slot >= made_by_.size()) made_by_.resize(slot + std::size_t{1});
+  if (std::exchange(made_by_[slot], creator) != creator) tets_.tell(slot, now_);
+}
+
+void SlotMesh::forget_creators() {
+  creators_.reset();
+  std::vector<RecordId>().swap(made_by_);
 }
 
 void SlotMesh::forget_changes() {

@@ -5,11 +5,14 @@
 //                                         ever large; those that are not used wait in a list to be used next
 #pragma once
 
+#include "lod/creators.hpp"
 #include "lod/hierarchy.hpp"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace ptet {
@@ -45,6 +48,14 @@ public:
   [[nodiscard]] std::uint64_t face_count() const { return faces_.used(); }
   [[nodiscard]] std::uint64_t vertex_count() const { return vertices_.used(); }
 
+  /// Keeps from here on who made the tets, as far as the records of `known` tell, a closed set of loaded blocks; to be
+  /// called after make_room() and whenever another set is known. Tets of which it is told otherwise than before count
+  /// as changed. `applied`: by record, what the mesh is split by.
+  void follow_creators(const BlockSet& known, const std::vector<char>& applied);
+  void forget_creators();
+  /// By tet slot, none for unused slots and original tets; empty unless it is kept.
+  [[nodiscard]] const std::vector<RecordId>& made_by() const { return made_by_; }
+
   /// From here on changes are told anew.
   void forget_changes();
   // Slots taken, freed or with something else in them; each once.
@@ -72,6 +83,8 @@ private:
   void remove_vertex(VertexId v);
   void replace(Place place, std::uint32_t from, std::uint32_t to);
   void settle();
+  void find_creators(const std::vector<char>& applied);
+  void set_creator(std::uint32_t tet_slot, RecordId creator);
   void add_ghost(std::uint32_t place, const std::array<std::uint32_t, 4>& slots, std::size_t dummy_corner);
 
   const Hierarchy& hierarchy_;
@@ -87,6 +100,8 @@ private:
   std::vector<VertexId> unused_;              ///< base vertices of no base tet
   bool shows_unused_ = false;
   std::uint32_t now_ = 1;
+  std::optional<Creators> creators_;
+  std::vector<RecordId> made_by_;
 };
 
 } // namespace ptet

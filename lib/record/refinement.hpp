@@ -148,6 +148,9 @@ public:
     return {modified_.data() + modified_begin_[r.index()],
             std::size_t{fine_count_[r.index()]} - rim_vertex_count_[r.index()]};
   }
+  /// Where modified(r) begins among those of all records, modified_count() in all; it stays there until settle().
+  [[nodiscard]] std::uint32_t modified_begin(RecordId r) const { return modified_begin_[r.index()]; }
+  [[nodiscard]] std::size_t modified_count() const { return modified_.size(); }
   [[nodiscard]] std::uint32_t rim_place(RecordId r) const { return rim_place_[r.index()]; }
   /// The vertices around the edge from target(r) to vertex_of(r), in order; kDummyVertex may be one.
   [[nodiscard]] std::span<const VertexId> rim(RecordId r) const {

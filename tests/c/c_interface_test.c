@@ -758,6 +758,36 @@ static void check_session(const ptet_dataset* dataset, const ptet_session* sessi
   }
   CHECK(isnan(ptet_session_field_error(session, 2)));
 
+  /* The slots' tets were made by the records that made the extraction's. */
+  uint64_t maker_slots = 0, sum = 0, wanted_sum = 0;
+  const uint32_t* made_by = ptet_session_made_by(session, &maker_slots);
+  const uint32_t* wanted = ptet_extraction_made_by(fresh);
+  CHECK((made_by == NULL) == (wanted == NULL) && maker_slots == (made_by == NULL ? 0 : slots));
+  if (made_by != NULL && wanted != NULL) {
+    double* values = malloc(slots * sizeof *values);
+    REQUIRE(values != NULL);
+    for (uint64_t t = 0; t < slots; ++t) {
+      if (tets[4 * t] == UINT32_MAX) CHECK(made_by[t] == UINT32_MAX);
+      if (tets[4 * t] != UINT32_MAX) sum += made_by[t];
+    }
+    for (uint64_t t = 0; t < info.tets; ++t)
+      wanted_sum += wanted[t];
+    CHECK(sum == wanted_sum);
+    for (uint32_t f = 0; f < 2; ++f) {
+      double most = 0;
+      SUCCEEDS(ptet_dataset_get_origin_values(dataset, made_by, slots, PTET_ORIGIN_FIELD_ERROR, f, values, &error));
+      for (uint64_t t = 0; t < slots; ++t)
+        most = values[t] > most ? values[t] : most;
+      CHECK(most == ptet_session_field_error(session, f));
+    }
+    SUCCEEDS(ptet_dataset_get_origin_values(dataset, made_by, slots, PTET_ORIGIN_LEVEL, 99, values, &error));
+    for (uint64_t t = 0; t < slots; ++t)
+      CHECK((values[t] == 0) == (made_by[t] == UINT32_MAX));
+    SUCCEEDS(ptet_dataset_get_origin_values(dataset, made_by, slots, PTET_ORIGIN_DOMAIN_ERROR, 0, values, &error));
+    SUCCEEDS(ptet_dataset_get_origin_values(dataset, made_by, slots, PTET_ORIGIN_GENERATION, 0, values, &error));
+    free(values);
+  }
+
   /* The rows of the slots are those of the vertices in them: vertices of the file ascend in an extraction. */
   ptet_array by_slot = {.struct_size = sizeof by_slot}, by_id = {.struct_size = sizeof by_id};
   SUCCEEDS(ptet_session_get_positions(session, &by_slot, &error));
@@ -801,6 +831,7 @@ static void test_sessions(const ptet_dataset* dataset) {
     if (step < 5) SUCCEEDS(ptet_request_add_focus_sphere(request, centre, 1, &error));
     if (step == 5) SUCCEEDS(ptet_request_set_max_tets(request, TETS / 2, &error));
     if (step == 6) SUCCEEDS(ptet_request_set_max_tets(request, 0, &error));
+    SUCCEEDS(ptet_request_set_origins(request, step > 1 && step < 6, &error));
     const ptet_request* asked = step == 7 ? NULL : request;
     SUCCEEDS(ptet_session_update(session, asked, &changes, &error));
     CHECK(changes.struct_size == sizeof changes && changes.complete == 1 && changes.seconds >= 0);
@@ -834,7 +865,18 @@ static void test_sessions(const ptet_dataset* dataset) {
   uint64_t slots = 1;
   CHECK(ptet_session_tets(NULL, &slots) == NULL && slots == 0);
   CHECK(ptet_session_boundary_faces(NULL, NULL) == NULL && ptet_session_vertices_in_file(NULL, NULL) == NULL);
+  CHECK(ptet_session_made_by(NULL, &slots) == NULL && slots == 0);
   CHECK(ptet_session_tets(session, NULL) != NULL);
+  const uint32_t no_such = UINT32_MAX - 1;
+  double value = 0;
+  FAILS(PTET_BAD_ARGUMENT, "no record", ptet_dataset_get_origin_values(dataset, &no_such, 1, 0, 0, &value, &error));
+  FAILS(PTET_BAD_ARGUMENT, "does not govern",
+        ptet_dataset_get_origin_values(dataset, &no_such, 1, PTET_ORIGIN_FIELD_ERROR, 2, &value, &error));
+  FAILS(PTET_BAD_ARGUMENT, "origin value 4",
+        ptet_dataset_get_origin_values(dataset, &no_such, 1, 4, 0, &value, &error));
+  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_get_origin_values(dataset, NULL, 1, 0, 0, &value, &error));
+  FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_get_origin_values(dataset, &no_such, 1, 0, 0, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "dataset is NULL", ptet_dataset_get_origin_values(NULL, &no_such, 1, 0, 0, &value, &error));
   CHECK(isnan(ptet_session_field_error(NULL, 0)) && isnan(ptet_session_rms_error(NULL, 0)));
   ptet_session_free(session);
   ptet_session_free(NULL);

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <random>
@@ -174,6 +175,38 @@ void check_sound(const Extraction& extraction) {
     CHECK(extraction.field_error[f] >= most);
   }
   CHECK(extraction.domain_error >= largest_domain_error(s.stream, cut));
+}
+
+/// Each tet of the session's mesh was made by the record that replaying all records finds, or by one that is not there.
+/// Returns how many of these there are.
+std::size_t check_origins(const Session& session) {
+  const Sample& s = sample();
+  std::vector<char> is_there(s.mesh.vertex_count(), 0), applied;
+  for (const VertexId v : session.vertices())
+    if (!v.is_none()) is_there[s.to_original.at(v.index()).index()] = 1;
+  for (const VertexId v : s.stream.removed)
+    applied.push_back(is_there[v.index()]);
+  const CutMesh cut = cut_mesh(s.stream, applied);
+  std::map<Tet, std::size_t> maker;
+  for (std::size_t t = 0; t < cut.tets.size(); ++t)
+    maker[sorted_keeping_orientation(cut.tets[t])] = cut.tet_maker[t];
+  std::size_t unknown = 0, checked = 0;
+  for (std::size_t slot = 0; slot < session.tets().size(); ++slot) {
+    if (session.tets()[slot][0] == Session::kUnused) continue;
+    Tet tet;
+    for (std::size_t i = 0; i < 4; ++i)
+      tet[i] = s.to_original.at(session.vertices()[session.tets()[slot][i]].index());
+    const std::size_t expected = maker.at(sorted_keeping_orientation(tet));
+    const RecordId found = session.made_by()[slot];
+    ++checked;
+    if (found.is_none())
+      unknown += expected != CutMesh::kOriginal ? 1 : 0;
+    else if (expected == CutMesh::kOriginal ||
+             s.to_original.at(s.base_vertices + found.index()) != s.stream.removed[expected])
+      FAIL("slot " << slot << " was made by another record");
+  }
+  CHECK(checked == cut.tets.size());
+  return unknown;
 }
 
 /// Where the whole of `left` can be had and nothing else: what bounds ask for and is there; in a focus not more, since
@@ -554,7 +587,7 @@ TEST_CASE("a session over a damaged file has the meshes that extractions have") 
     flip(damaged, 8 * s.blocks[b].offset + 77 % (8 * s.blocks[b].stored_bytes));
     const auto dataset = Dataset::open_memory(damaged);
     Session session(dataset);
-    RandomRequests requests(dataset->info(), b);
+    RandomRequests requests(dataset->info(), b, 3);
     for (int i = 0; i < 20; ++i) {
       INFO("block " << b << ", request " << i);
       const Request request = requests.next();
@@ -641,4 +674,99 @@ TEST_CASE("a session follows while a thread loads") {
       dataset->wait_until_loaded();
     CHECK(difference(session, session.update(s.requests[i]), s.answers[i]) == "");
   }
+}
+
+TEST_CASE("a session knows what made its tets as far as blocks are there") {
+  const Sample& s = sample();
+  for (unsigned seed = 0; seed < 2; ++seed) {
+    // More and more of the file can be read: what was taken for an original tet turns out to be made.
+    auto lost = std::make_shared<std::set<std::uint32_t>>();
+    for (std::uint32_t b = 0; b < s.blocks.size(); ++b)
+      lost->insert(b);
+    const auto source = std::make_shared<FailingSource>(s.bytes, [&s, lost](std::uint64_t offset, std::uint64_t count) {
+      return std::any_of(lost->begin(), lost->end(), [&](std::uint32_t b) {
+        return offset < s.blocks[b].offset + s.blocks[b].stored_bytes && s.blocks[b].offset < offset + count;
+      });
+    });
+    const auto dataset = Dataset::open(source);
+    Session session(dataset);
+    SlotCopy copy;
+    std::mt19937 random(seed);
+    RandomRequests requests(dataset->info(), seed, 10);
+    std::size_t unknown = 0;
+    while (true) {
+      const Request request = requests.next();
+      const SessionUpdate& update = session.update(request);
+      copy.follow(session, update);
+      REQUIRE(copy.difference(session) == "");
+      if (request.origins) {
+        REQUIRE(difference(session, update, dataset->extract(request)) ==
+                (update.complete ? "" : "it is not complete"));
+        unknown += check_origins(session);
+      }
+      if (lost->empty()) {
+        if (update.complete && request.origins) break;
+        continue;
+      }
+      auto found = lost->begin();
+      std::advance(found, random() % lost->size());
+      lost->erase(found);
+    }
+    CHECK(unknown > 0);
+    CHECK(check_origins(session) == 0);
+  }
+}
+
+TEST_CASE("origins tell errors, levels and generations") {
+  const Sample& s = sample();
+  const auto dataset = Dataset::open_memory(s.bytes);
+  Request request = error_request(0.1);
+  const std::size_t fields = s.stream.fields.size();
+  std::map<VertexId, std::size_t> brought; // by vertex of the original
+  for (std::size_t i = 0; i < s.stream.removed.size(); ++i)
+    brought[s.stream.removed[i]] = i;
+  request.origins = true;
+  const Extraction answer = dataset->extract(request);
+  std::vector<double> values(answer.made_by.size());
+  for (std::size_t f = 0; f <= fields; ++f) {
+    dataset->origin_values(answer.made_by, f < fields ? OriginValue::kFieldError : OriginValue::kDomainError, f,
+                           values);
+    double most = 0;
+    for (std::size_t t = 0; t < values.size(); ++t) {
+      const RecordId r = answer.made_by[t];
+      most = std::max(most, values[t]);
+      if (r.is_none()) {
+        CHECK(values[t] == 0);
+        continue;
+      }
+      const std::size_t i = brought.at(s.to_original[s.base_vertices + r.index()]);
+      const double exact = f < fields ? s.stream.field_error[i * fields + f] : s.stream.domain_error[i];
+      CHECK(values[t] >= exact);
+      CHECK(values[t] <= exact * 1.05 + 1e-9);
+    }
+    if (f < fields) CHECK(most == answer.field_error[f]);
+  }
+  std::vector<double> generations(values.size());
+  dataset->origin_values(answer.made_by, OriginValue::kLevel, 0, values);
+  dataset->origin_values(answer.made_by, OriginValue::kGeneration, 0, generations);
+  for (std::size_t t = 0; t < values.size(); ++t) {
+    const RecordId r = answer.made_by[t];
+    CHECK((values[t] == 0) == r.is_none());
+    if (r.is_none()) continue;
+    const double share =
+        static_cast<double>(s.base_vertices + r.index() + 1) / static_cast<double>(dataset->info().vertices);
+    CHECK(share <= std::pow(2.0, 1 - values[t]));
+    CHECK(share > std::pow(2.0, -values[t]));
+    CHECK(generations[t] >= 0);
+  }
+  CHECK(*std::max_element(generations.begin(), generations.end()) > 1);
+  const auto fresh = Dataset::open_memory(s.bytes);
+  const std::vector<RecordId> last{RecordId{static_cast<std::uint32_t>(fresh->info().records - 1)}};
+  std::vector<double> one(1);
+  fresh->origin_values(last, OriginValue::kGeneration, 0, one);
+  CHECK(std::isnan(one[0]));
+  CHECK_THROWS_AS(fresh->origin_values(last, OriginValue::kFieldError, fields, one), Error);
+  CHECK_THROWS_AS(fresh->origin_values(last, OriginValue::kLevel, 0, values), Error);
+  const std::vector<RecordId> none_such{RecordId{static_cast<std::uint32_t>(fresh->info().records)}};
+  CHECK_THROWS_AS(fresh->origin_values(none_such, OriginValue::kLevel, 0, one), Error);
 }

@@ -98,13 +98,33 @@ TEST_CASE("a session goes from any request to any other") {
   }
 }
 
+TEST_CASE("a session knows which record made each tet, as long as it is asked") {
+  for (const Sample& sample : samples()) {
+    // A dataset of its own: what made a tet may be read only when origins are asked for again.
+    const auto own = Dataset::open_memory(sample.bytes);
+    Session session(own);
+    test::SlotCopy copy;
+    test::RandomRequests requests(own->info(), 109, 6);
+    for (int i = 0; i < 40; ++i) {
+      INFO(sample.name << ", request " << i);
+      const Request request = requests.next();
+      const SessionUpdate& update = session.update(request);
+      const Extraction fresh = Dataset::open_memory(sample.bytes)->extract(request);
+      REQUIRE(test::difference(session, update, fresh) == "");
+      copy.follow(session, update);
+      REQUIRE(copy.difference(session) == "");
+      REQUIRE(session.made_by().empty() == !request.origins);
+    }
+  }
+}
+
 TEST_CASE("a session without time stops at a mesh, and gets there in the end") {
   for (const Sample& sample : samples()) {
     INFO(sample.name);
     const auto shared = Dataset::open_memory(sample.bytes);
     Session session(shared);
     test::SlotCopy copy;
-    test::RandomRequests requests(shared->info(), 103);
+    test::RandomRequests requests(shared->info(), 103, 2);
     int stopped = 0;
     for (int i = 0; i < 40; ++i) {
       Request request = requests.next();
@@ -115,6 +135,7 @@ TEST_CASE("a session without time stops at a mesh, and gets there in the end") {
         copy.follow(session, update);
         REQUIRE(copy.difference(session) == "");
         check_is_conforming(session);
+        if (request.origins) REQUIRE(test::differing_origin(session) == "");
         CHECK((update.limited_by == LimitedBy::kTime) == !update.complete);
         if (update.complete) {
           request.max_milliseconds.reset();
@@ -170,6 +191,7 @@ TEST_CASE("a session that has seen its requests allocates nothing") {
       request.focus = {{Sphere{centre, 0.1 * info.diagonal}}};
       if (i % 3 == 0) request.field_error = {{"", {0.05 + 0.01 * (i % 7), true}}};
       if (i % 3 == 1) request.max_tets = info.tets / 3;
+      request.origins = true;
       requests.push_back(request);
     }
     Session session(shared);

@@ -74,6 +74,38 @@ class Session(unittest.TestCase):
             np.testing.assert_array_equal(tets, session.tets)
             self.assertEqual(len(set(update.changed_tets.tolist())), len(update.changed_tets))
 
+    def test_origins_follow_as_long_as_they_are_asked_for(self):
+        data = ptet.open(built())
+        session = data.session()
+        self.assertIsNone(session.made_by)
+        for step, request in enumerate(REQUESTS):
+            with self.subTest(request):
+                origins = step % 4 != 3
+                session.update(**request, origins=origins)
+                if not origins:
+                    self.assertIsNone(session.made_by)
+                    continue
+                cut = data.extract(**request, origins=True)
+                tets, made_by = session.tets, session.made_by
+                self.assertEqual(made_by.shape, (len(tets),))
+                used = tets[:, 0] != ptet.UNUSED
+                self.assertTrue((made_by[~used] == ptet.UNUSED).all())
+                ids = np.sort(session.vertex_ids[tets[used]], axis=1)
+                mine = np.column_stack([ids, made_by[used]]).tolist()
+                wanted = np.column_stack([np.sort(cut.vertex_ids[cut.tets], axis=1), cut.made_by]).tolist()
+                self.assertEqual(sorted(mine), sorted(wanted))
+                np.testing.assert_array_equal(session.extraction().made_by, cut.made_by)
+                errors = data.origin_values(made_by, "field error", "t")
+                self.assertEqual(errors.max(), cut.field_error["t"])
+                levels = data.origin_values(made_by, "level")
+                np.testing.assert_array_equal(levels == 0, made_by == ptet.UNUSED)
+                self.assertTrue((data.origin_values(made_by, "generation") >= 0).all())
+        for wrong in (("size",), ("field error",), ("field error", "nothing")):
+            with self.assertRaises(ptet.ArgumentError):
+                data.origin_values([0], *wrong)
+        with self.assertRaises(ptet.ArgumentError):
+            data.origin_values([ptet.UNUSED - 1], "level")
+
     def test_nothing_changes_for_the_same_request(self):
         session = ptet.open(built()).session()
         session.update(error="5%")

@@ -53,16 +53,30 @@ std::string differing_vertices(const Session& session, const Extraction& fresh) 
   return {};
 }
 
-std::string differing_tets(const Session& session, const Extraction& fresh) {
-  std::vector<Tet> mine, theirs;
-  for (const auto& row : session.tets())
-    if (!is_unused(row)) mine.push_back(sorted_keeping_orientation(named(session, row)));
-  for (Tet tet : fresh.mesh.tets) {
+// Each with the record that made it.
+std::string differing_tets_only(const Session& session, const Extraction& fresh) {
+  std::vector<std::pair<Tet, RecordId>> mine, theirs;
+  const bool has_origins = !session.made_by().empty();
+  if (has_origins != !fresh.made_by.empty()) return "whether there are origins";
+  if (has_origins && session.made_by().size() != session.tets().size()) return "number of origins";
+  for (std::size_t slot = 0; slot < session.tets().size(); ++slot) {
+    const RecordId maker = has_origins ? session.made_by()[slot] : RecordId{};
+    if (!is_unused(session.tets()[slot]))
+      mine.emplace_back(sorted_keeping_orientation(named(session, session.tets()[slot])), maker);
+    else if (!maker.is_none())
+      return "origin of an unused slot";
+  }
+  for (std::size_t t = 0; t < fresh.mesh.tets.size(); ++t) {
+    Tet tet = fresh.mesh.tets[t];
     for (VertexId& v : tet)
       v = fresh.vertex_in_file[v.index()];
-    theirs.push_back(sorted_keeping_orientation(tet));
+    theirs.emplace_back(sorted_keeping_orientation(tet), has_origins ? fresh.made_by[t] : RecordId{});
   }
-  if (sorted(std::move(mine)) != sorted(std::move(theirs))) return "tets";
+  return sorted(std::move(mine)) == sorted(std::move(theirs)) ? "" : "tets, or their origins";
+}
+
+std::string differing_tets(const Session& session, const Extraction& fresh) {
+  if (const std::string found = differing_tets_only(session, fresh); !found.empty()) return found;
   std::vector<Face> my_faces, their_faces;
   for (const auto& row : session.boundary_faces())
     if (!is_unused(row)) my_faces.push_back(turned(named(session, row)));
@@ -129,10 +143,17 @@ std::string difference(const Session& session, const SessionUpdate& update, cons
   return differing_extraction(session.extraction(), fresh);
 }
 
+std::string differing_origin(const Session& session) {
+  if (session.made_by().empty()) return "there are none";
+  return differing_tets_only(session, session.extraction());
+}
+
 void SlotCopy::follow(const Session& session, const SessionUpdate& update) {
   take(tets_, session.tets(), update.changed_tets, {kUnused, kUnused, kUnused, kUnused});
   take(faces_, session.boundary_faces(), update.changed_faces, {kUnused, kUnused, kUnused});
   take(vertices_, session.vertices(), update.changed_vertices, VertexId{});
+  take(made_by_, session.made_by(), session.made_by().empty() ? std::span<const std::uint32_t>() : update.changed_tets,
+       RecordId{});
 }
 
 std::string SlotCopy::difference(const Session& session) const {
@@ -140,6 +161,7 @@ std::string SlotCopy::difference(const Session& session) const {
     return std::equal(copy.begin(), copy.end(), slots.begin(), slots.end());
   };
   if (!same_slots(tets_, session.tets())) return "a tet changed and was not told";
+  if (!same_slots(made_by_, session.made_by())) return "another record made a tet and it was not told";
   if (!same_slots(faces_, session.boundary_faces())) return "a boundary face changed and was not told";
   if (!same_slots(vertices_, session.vertices())) return "a vertex changed and was not told";
   return {};
@@ -163,7 +185,7 @@ Request RandomRequests::next() {
     if (random_() % 4 == 0) focus.falloff = Bound{std::pow(uniform(), 2) * 4, true};
     request.focus.push_back(focus);
   }
-  request.origins = random_() % 8 == 0;
+  request.origins = without_origins_ ? random_() % *without_origins_ != 0 : random_() % 8 == 0;
   return request;
 }
 

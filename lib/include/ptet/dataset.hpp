@@ -14,6 +14,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -110,6 +111,15 @@ struct Extraction {
   double seconds = 0;              ///< wall time of the call
 };
 
+/// What the file says of a tet by the record that made it, see Extraction::made_by.
+enum class OriginValue {
+  kFieldError,  ///< largest error of a governing field among the tets that the record made, field units
+  kDomainError, ///< likewise of the boundary faces, mesh units
+  /// n: the mesh was down to between 1/2^(n-1) and 1/2^n of its vertices, as the order of the file tells it
+  kLevel,
+  kGeneration, ///< how many splits must be made one after the other before that of the record can be
+};
+
 /// An opened .ptet file. Shared and const: any number of threads may extract from one Dataset at a time; while one
 /// loads blocks, those that need none go on. Where memory is limited, extractions take turns.
 ///
@@ -135,6 +145,13 @@ public:
   /// Extraction::complete; only where time is a budget it depends on the machine. Cost: proportional to the mesh and to
   /// the blocks first read.
   [[nodiscard]] Extraction extract(const Request& request, const ProgressCallback& progress = {}) const;
+
+  /// Fills values[i] with what record made_by[i] says: 0 where it is none, for an original tet, and NaN where it is not
+  /// in memory. `field`: for errors of a field its place among the governing ones.
+  /// Throws Error(kBadArgument) for another number of values than of records, no such record or no such field.
+  /// Cost: a look at each record, some nanoseconds.
+  void origin_values(std::span<const RecordId> made_by, OriginValue what, std::size_t field,
+                     std::span<double> values) const;
 
   /// Waits until the blocks that extractions asked for are loaded, or found not to be had; see
   /// OpenOptions::background. A budget's blocks are known one after the other: where the next extraction is still

@@ -332,6 +332,20 @@ const uint32_t* ptet_extraction_vertices_in_file(const ptet_extraction* extracti
  * did not ask for it (ptet_request_set_origins). */
 const uint32_t* ptet_extraction_made_by(const ptet_extraction* extraction);
 
+/* What the record that made a tet says of it. */
+typedef int32_t ptet_origin_value;
+enum {
+  PTET_ORIGIN_FIELD_ERROR = 0,  /* largest error of the field among the tets that the record made, field units */
+  PTET_ORIGIN_DOMAIN_ERROR = 1, /* likewise of the boundary faces, mesh units */
+  PTET_ORIGIN_LEVEL = 2,        /* n: the mesh was down to between 1/2^(n-1) and 1/2^n of its vertices */
+  PTET_ORIGIN_GENERATION = 3    /* how many splits must be made one after the other before that of the record can be */
+};
+/* Fills `values` for `count` records as ptet_extraction_made_by and ptet_session_made_by have them: 0 for original tets
+ * (UINT32_MAX), NaN for records that are not in memory. `field`: for errors of a field its number in the dataset.
+ * Errors: PTET_BAD_ARGUMENT (no such record; a field that is not there or does not govern). */
+ptet_status ptet_dataset_get_origin_values(const ptet_dataset* dataset, const uint32_t* made_by, uint64_t count,
+                                           ptet_origin_value what, uint32_t field, double* values, ptet_error** error);
+
 /* The largest error of the field in this mesh, in its units: in a file built with exact evaluation no point has a
  * larger one. NaN when the field does not govern, or is none. */
 double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field);
@@ -386,6 +400,10 @@ ptet_status ptet_session_update(ptet_session* session, const ptet_request* reque
 const uint32_t* ptet_session_tets(const ptet_session* session, uint64_t* slots);
 /* Three for each face slot, seen counter-clockwise from outside. */
 const uint32_t* ptet_session_boundary_faces(const ptet_session* session, uint64_t* slots);
+/* For each tet slot the record that made the tet, as ptet_extraction_made_by has it; UINT32_MAX for unused slots, too.
+ * NULL unless the last request asked for it (ptet_request_set_origins). A slot of which it is told otherwise now is
+ * among the changed ones; when it is asked for after a request that did not, all in use are. */
+const uint32_t* ptet_session_made_by(const ptet_session* session, uint64_t* slots);
 /* For each vertex slot the vertex's number in the file. */
 const uint32_t* ptet_session_vertices_in_file(const ptet_session* session, uint64_t* slots);
 /* A row for each vertex slot; those of unused slots mean nothing. */

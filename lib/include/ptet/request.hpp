@@ -109,8 +109,8 @@ struct Request {
   std::vector<ValuesOfInterest> values;
   std::optional<View> view;
 
-  /// Also fill Extraction::made_by, and state the errors achieved as tightly as they are known. This reads all of the
-  /// file: what made a tet is often told by a record that is not needed for the mesh.
+  /// Also fill Extraction::made_by, keep Session::made_by(), and state the errors achieved as tightly as they are
+  /// known. This reads all of the file: what made a tet is often told by a record that is not needed for the mesh.
   bool origins = false;
 };
 // A request that asks for nothing at all asks for the original mesh.

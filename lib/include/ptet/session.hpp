@@ -23,7 +23,8 @@ namespace ptet {
 /// What an update did and what mesh there is now. The spans are valid until the next update.
 struct SessionUpdate {
   /// Slots that were taken, freed or have other corners now, or a vertex in its place; each once, in no order. A slot
-  /// that is in the end as it was may be among them.
+  /// that is in the end as it was may be among them. Tets are, too, of which Session::made_by() tells otherwise: where
+  /// a request asks for it that comes after one that did not, all in use.
   std::span<const std::uint32_t> changed_tets, changed_faces, changed_vertices;
   /// Of the mesh as it is now.
   std::uint64_t tets = 0, boundary_faces = 0, vertices = 0;
@@ -64,6 +65,11 @@ public:
   // The mesh by slots; unused slots are kUnused throughout, vertices none. Valid until the next update.
   /// Vertex slots of the corners; positively oriented.
   [[nodiscard]] std::span<const std::array<std::uint32_t, 4>> tets() const;
+  /// For each tet slot the record that made the tet, as Extraction::made_by says; none for original tets and unused
+  /// slots. Empty unless the last request has `origins`. Kept up at no more than what the change itself costs, in some
+  /// 80 bytes a vertex of the original; a request that is the first to ask for it costs a look at all records, whatever
+  /// time it has. Dataset::origin_values tells errors and levels by it.
+  [[nodiscard]] std::span<const RecordId> made_by() const;
   /// Outward oriented.
   [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> boundary_faces() const;
   /// Ids in the file, as Extraction::vertex_in_file.

@@ -156,6 +156,30 @@ class Dataset:
         from ._session import Session
         return Session(self)
 
+    def origin_values(self, made_by: npt.ArrayLike, what: str, field: str | None = None) -> npt.NDArray[np.float64]:
+        """What the records that made tets say of them: (n,) for (n,) of Extraction.made_by or Session.made_by, 0 for
+        original tets, NaN for records that are not in memory.
+
+        Args:
+            made_by: uint32, numbers of records.
+            what: "field error" (largest among the tets that the record made, field units), "domain error" (likewise of
+                the boundary faces, mesh units), "level" (n: the mesh was down to between 1/2^(n-1) and 1/2^n of its
+                vertices) or "generation" (how many splits must be made one after the other before the record's).
+            field: the name of a governing field, for its error.
+
+        Raises:
+            ArgumentError.
+        """
+        if what not in ("field error", "domain error", "level", "generation"):
+            raise ArgumentError(f"there is no origin value {what!r}")
+        if what == "field error" and field not in self.info.governing:
+            raise ArgumentError(f"there is no governing field {field!r}")
+        place = self.info.governing.index(field) if what == "field error" and field is not None else 0
+        records = np.ascontiguousarray(made_by, np.uint32)
+        if records.ndim != 1:
+            raise ArgumentError(f"records by tet are wanted, not an array of shape {records.shape}")
+        return self._core.origin_values(records, what, place)
+
     def wait_until_loaded(self, *, progress: Optional[Callable[[str, int, int], Any]] = None) -> None:
         """Waits until the blocks that extractions asked for are there, or found not to be had; see `background` of
         `ptet.open`. Where the next extraction is still limited by "loading", wait and ask again."""

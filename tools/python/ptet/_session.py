@@ -32,7 +32,7 @@ class SessionUpdate:
 
     Attributes:
         changed_tets, changed_faces, changed_vertices: (k,) uint32, slots that were taken, freed, or hold something else
-            now; each once.
+            now (of tets also: were made by another record, see Session.made_by); each once.
         tets, boundary_faces, vertices: of the mesh as it is now; unused slots are not counted.
         tets_added, tets_removed, vertices_added, vertices_removed: by splits and collapses. The first update adds the
             coarsest mesh as well.
@@ -113,6 +113,7 @@ class Session:
         self._lock = threading.Lock()
         core = self._core
         self._tets = _Table(core.tets)
+        self._made_by: _Table | None = None
         self._faces = _Table(core.boundary_faces)
         self._vertices = _Table(core.vertices)
         self._points = _Table(core.points)
@@ -122,9 +123,9 @@ class Session:
 
     def update(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
                focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
-               view: View | None = None, budget: Budget | int | None = None) -> SessionUpdate:
-        """Makes the mesh that answers the request; arguments as of Dataset.extract. What does not fit
-        Budget.milliseconds is left to the next update. Blocks that cannot be had do not raise here: `complete`,
+               view: View | None = None, budget: Budget | int | None = None, origins: bool = False) -> SessionUpdate:
+        """Makes the mesh that answers the request; arguments as of Dataset.extract. With `origins` there is `made_by`
+        until the next update without, kept up like the tets. What does not fit Budget.milliseconds is left to the next update. Blocks that cannot be had do not raise here: `complete`,
         `limited_by` and `failures` tell.
 
         Raises:
@@ -133,7 +134,7 @@ class Session:
         """
         info = self._dataset.info
         request = make_request(info.vertices, info.tets, error=error, domain_error=domain_error, focus=focus,
-                               values=values, view=view, budget=budget)
+                               values=values, view=view, budget=budget, origins=origins)
         allowed_ms = request.max_milliseconds
         with self._alone():
             self._catch_up()
@@ -161,6 +162,14 @@ class Session:
         return self._shown(self._tets)
 
     @property
+    def made_by(self) -> npt.NDArray[np.uint32] | None:
+        """(slots,) uint32: the record that made each tet, UNUSED for original ones and for unused slots; None unless the
+        last update asked for `origins`. Dataset.origin_values tells errors and levels by it."""
+        with self._alone():
+            self._catch_up()
+            return None if self._made_by is None else self._made_by.view()
+
+    @property
     def boundary_faces(self) -> npt.NDArray[np.uint32]:
         """(slots, 3) uint32: vertex slots, counter-clockwise seen from outside; unused slots are UNUSED throughout."""
         return self._shown(self._faces)
@@ -183,7 +192,7 @@ class Session:
     def extraction(self) -> Extraction:
         """The mesh without slots, as Dataset.extract gives it."""
         with self._alone():
-            return Extraction(self._core.extraction(), self._dataset.info, origins=False)
+            return Extraction(self._core.extraction(), self._dataset.info, origins=self._made_by is not None)
 
     def __repr__(self) -> str:
         return f"<ptet.Session of {self._dataset!r}>"
@@ -202,11 +211,22 @@ class Session:
             return
         for table in (self._tets, self._faces, self._vertices, self._points, *self._fields.values()):
             table.renew()
+        self._follow_origins(None)
         self._is_behind = False
+
+    def _follow_origins(self, changed: Slots | None) -> None:
+        """Of all tets where nothing is known of them."""
+        if not self._core.has_origins:
+            self._made_by = None
+        elif self._made_by is None or changed is None:
+            self._made_by = _Table(self._core.made_by)
+        else:
+            self._made_by.follow(changed, self._core.slots[0])
 
     def _follow(self, step: dict[str, Any]) -> None:
         tet_slots, face_slots, vertex_slots = self._core.slots
         self._tets.follow(step["changed_tets"], tet_slots)
+        self._follow_origins(step["changed_tets"])
         self._faces.follow(step["changed_faces"], face_slots)
         for table in (self._vertices, self._points, *self._fields.values()):
             table.follow(step["changed_vertices"], vertex_slots)

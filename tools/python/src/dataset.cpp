@@ -6,13 +6,16 @@
 #include "handles.hpp"
 #include "source.hpp"
 
+#include <map>
 #include <optional>
+#include <span>
 
 #include <pybind11/stl.h>
 
 namespace ptet::python {
 namespace {
 
+using Ids = py::array_t<std::uint32_t, py::array::c_style>;
 using PlainBound = std::pair<double, bool>; ///< value, relative
 
 Bound to_bound(const PlainBound& bound) {
@@ -44,6 +47,21 @@ std::unique_ptr<OpenFile> open_source(std::shared_ptr<ByteSource> source, std::s
   auto data = without_gil(py::none(), *pending,
                           [&](const ProgressCallback&) { return Dataset::open(std::move(source), options); });
   return std::make_unique<OpenFile>(std::move(data), std::move(pending));
+}
+
+py::array origin_values(const OpenFile& file, const Ids& made_by, const std::string& what, std::size_t field) {
+  const std::map<std::string, OriginValue> kinds{{"field error", OriginValue::kFieldError},
+                                                 {"domain error", OriginValue::kDomainError},
+                                                 {"level", OriginValue::kLevel},
+                                                 {"generation", OriginValue::kGeneration}};
+  std::vector<RecordId> records;
+  for (py::ssize_t i = 0; i < made_by.size(); ++i)
+    records.emplace_back(made_by.data()[i]);
+  py::array_t<double> values(made_by.size());
+  const std::span<double> into(values.mutable_data(), records.size());
+  without_gil(py::none(), file.pending(),
+              [&](const ProgressCallback&) { file.data()->origin_values(records, kinds.at(what), field, into); });
+  return values;
 }
 
 /// (name, error) by field, for the governing ones; empty when nothing was measured.
@@ -191,6 +209,7 @@ void bind_dataset(py::module_& module) {
                return file.data()->extract(request, callback);
              });
            })
+      .def("origin_values", &origin_values)
       .def("wait_until_loaded", [](const OpenFile& file, const py::object& progress) {
         without_gil(progress, file.pending(),
                     [&](const ProgressCallback& callback) { file.data()->wait_until_loaded(callback); });

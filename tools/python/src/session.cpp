@@ -59,6 +59,11 @@ public:
     return py::make_tuple(session_->tets().size(), session_->boundary_faces().size(), session_->vertices().size());
   }
   [[nodiscard]] py::array tets(const std::optional<Slots>& slots) const { return rows(session_->tets(), 4, slots); }
+  [[nodiscard]] bool has_origins() const { return !session_->made_by().empty(); }
+  /// Empty unless the last request asked for it.
+  [[nodiscard]] py::array made_by(const std::optional<Slots>& slots) const {
+    return rows(session_->made_by(), 0, slots);
+  }
   [[nodiscard]] py::array boundary_faces(const std::optional<Slots>& slots) const {
     return rows(session_->boundary_faces(), 3, slots);
   }
@@ -122,6 +127,8 @@ void bind_session(py::module_& module) {
       .def("update", &OpenSession::update)
       .def_property_readonly("slots", &OpenSession::slots)
       .def("tets", &OpenSession::tets)
+      .def_property_readonly("has_origins", &OpenSession::has_origins)
+      .def("made_by", &OpenSession::made_by)
       .def("boundary_faces", &OpenSession::boundary_faces)
       .def("vertices", &OpenSession::vertices)
       .def("points", &OpenSession::points)
