@@ -4,6 +4,8 @@
 #include "capi/guard.hpp"
 #include "capi/handles.hpp"
 
+#include <cstddef>
+
 using namespace ptet;
 using namespace ptet::capi;
 
@@ -14,6 +16,10 @@ struct ptet_session {
   std::vector<double> field_error, rms_error; ///< of the last update
 };
 // NOLINTEND(readability-identifier-naming)
+
+template <>
+inline constexpr std::uint64_t ptet::capi::kFirstSize<ptet_session_changes> = offsetof(ptet_session_changes,
+                                                                                       renumbered);
 
 namespace {
 
@@ -47,6 +53,7 @@ ptet_session_changes describe(const SessionUpdate& update) {
   changes.seconds = update.seconds;
   changes.limited_by = number_of(update.limited_by);
   changes.complete = update.complete ? 1 : 0;
+  changes.renumbered = update.renumbered ? 1 : 0;
   return changes;
 }
 

@@ -39,9 +39,11 @@ public:
     asked_.max_milliseconds.reset();
     const Loader::Turn turn(hierarchy_.loader());
     auto lock = cut_->set(request_);
+    bool is_renumbered = false;
     while (!is_sound()) {
       lock.unlock();
       start_over();
+      is_renumbered = true;
       lock = cut_->set(request_);
     }
     // The first update tells of the base mesh, too.
@@ -57,6 +59,8 @@ public:
     result_.complete = change(request.max_milliseconds, begin);
     cut_->drop_touched([&](std::uint32_t r) { return cut_->contains(r) != (applied_[r] != 0); });
     mesh_->show_unused_vertices(applied_count_ == applied_.size());
+    if (result_.complete && mesh_->compact()) is_renumbered = true;
+    result_.renumbered = is_renumbered;
     errors_->update(applied_, cut_->read());
     describe();
     pin(cut_->read());

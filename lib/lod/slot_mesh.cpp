@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 
 namespace ptet {
 namespace {
@@ -45,6 +46,26 @@ void SlotMesh::Slots<Row>::release(std::uint32_t slot, const Row& unused, std::u
   tell(slot, now);
 }
 
+template <class Row>
+std::vector<std::uint32_t> SlotMesh::Slots<Row>::compact(const Row& unused, std::uint32_t now) {
+  std::vector<std::uint32_t> moved(rows.size(), kUnused);
+  std::vector<Row> kept;
+  kept.reserve(used());
+  for (std::size_t slot = 0; slot < rows.size(); ++slot) {
+    if (rows[slot] == unused) continue;
+    moved[slot] = static_cast<std::uint32_t>(kept.size());
+    kept.push_back(rows[slot]);
+  }
+  rows.swap(kept);
+  std::vector<std::uint32_t> all(rows.size());
+  std::iota(all.begin(), all.end(), 0U);
+  changed.swap(all);
+  changed_at = std::vector<std::uint32_t>(rows.size(), now);
+  free = std::vector<std::uint32_t>();
+  free.reserve(rows.capacity());
+  return moved;
+}
+
 SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
   const file::Content& content = hierarchy_.content();
   const Refinement& refinement = content.refinement;
@@ -76,6 +97,49 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
 void SlotMesh::make_room() {
   if (!is_settled_ && hierarchy_.content().refinement.is_settled()) settle();
   slot_of_place_.resize(hierarchy_.content().refinement.place_count(), kUnused);
+}
+
+// Where a place is not there now its slot is another's, or nobody's: both is as good as it was.
+bool SlotMesh::compact() {
+  if (tets_.rows.size() <= std::max(kFewSlots, kSlotsATet * static_cast<std::size_t>(tets_.used()))) return false;
+  const std::vector<std::uint32_t> tet = tets_.compact(kNoTet, now_), face = faces_.compact(kNoFace, now_),
+                                   vertex = vertices_.compact(VertexId{}, now_);
+  const auto move = [](std::uint32_t& slot, const std::vector<std::uint32_t>& moved) {
+    if (slot != kUnused) slot = moved[slot];
+  };
+  for (TetSlots& row : tets_.rows)
+    for (std::uint32_t& slot : row)
+      move(slot, vertex);
+  for (FaceSlots& row : faces_.rows)
+    for (std::uint32_t& slot : row)
+      move(slot, vertex);
+  for (std::uint32_t& slot : slot_of_vertex_)
+    move(slot, vertex);
+  const Refinement& refinement = hierarchy_.content().refinement;
+  for (std::uint32_t p = 0; p < refinement.base_version_count(); ++p)
+    move(slot_of_place_[p], p < refinement.base_tet_count() ? tet : face);
+  for (std::uint32_t r = 0; r < refinement.record_count(); ++r) {
+    if (!refinement.applied(RecordId{r})) continue;
+    const std::span<const VertexId> rim = refinement.rim(RecordId{r});
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+      const bool is_ghost = rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex;
+      move(slot_of_place_[refinement.rim_place(RecordId{r}) + i], is_ghost ? face : tet);
+    }
+  }
+  // To lower slots, in ascending order: nothing is overwritten that is still to be moved.
+  const auto keep_rows = [](auto& rows, const std::vector<std::uint32_t>& moved, std::size_t used, std::size_t width) {
+    for (std::size_t slot = 0; slot < moved.size(); ++slot)
+      if (moved[slot] != kUnused && moved[slot] != slot)
+        std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(slot * width), width,
+                    rows.begin() + static_cast<std::ptrdiff_t>(moved[slot] * width));
+    rows.resize(used * width);
+    rows.shrink_to_fit();
+  };
+  keep_rows(positions_.bytes, vertex, vertices_.rows.size(), positions_.row_bytes());
+  for (PointArray& array : arrays_)
+    keep_rows(array.bytes, vertex, vertices_.rows.size(), array.row_bytes());
+  if (creators_) keep_rows(made_by_, tet, tets_.rows.size(), 1);
+  return true;
 }
 
 // The slots stay, places are named anew.

@@ -22,6 +22,8 @@ public:
   using TetSlots = std::array<std::uint32_t, 4>;
   using FaceSlots = std::array<std::uint32_t, 3>;
   static constexpr std::uint32_t kUnused = 0xFFFFFFFF;
+  static constexpr std::size_t kFewSlots = 4096;
+  static constexpr std::size_t kSlotsATet = 4;
 
   /// The base mesh. `hierarchy` must outlive it. Here and in what follows the hierarchy's lock must be held.
   explicit SlotMesh(const Hierarchy& hierarchy);
@@ -35,6 +37,10 @@ public:
   /// What changing `r` soon will look at lies all over memory: asks for it ahead, in two steps.
   void fetch_places(RecordId r) const;
   void fetch_slots(RecordId r) const;
+  /// Gives back slots where hardly any are used: of more than kFewSlots tet slots less than one in kSlotsATet. The
+  /// tets, faces and vertices that there are then have the first ones, in the order they had, and all count as changed.
+  /// Returns whether it did. Cost: a look at all slots and all records.
+  bool compact();
   /// Whether the vertices that no tet of the base uses are there, too, as they are in the original.
   void show_unused_vertices(bool shown);
 
@@ -74,6 +80,8 @@ private:
     [[nodiscard]] std::uint64_t used() const { return rows.size() - free.size(); }
     std::uint32_t take(const Row& row, std::uint32_t now);
     void release(std::uint32_t slot, const Row& unused, std::uint32_t now);
+    /// Of each slot where it goes, kUnused if it is not used; everything is told.
+    std::vector<std::uint32_t> compact(const Row& unused, std::uint32_t now);
     void tell(std::uint32_t slot, std::uint32_t now) {
       if (std::exchange(changed_at[slot], now) != now) changed.push_back(slot);
     }

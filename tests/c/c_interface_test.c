@@ -4,6 +4,7 @@
 #include "ptet/ptet_build.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -857,6 +858,10 @@ static void test_sessions(const ptet_dataset* dataset) {
   FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_session_get_positions(session, NULL, &error));
   FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_get_positions(NULL, &array, &error));
   FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_update(NULL, request, &changes, &error));
+  changes.struct_size = offsetof(ptet_session_changes, renumbered); /* as of who does not know of it */
+  changes.renumbered = 7;
+  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  CHECK(changes.complete == 1 && changes.renumbered == 7);
   changes.struct_size = 8;
   FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_session_update(session, NULL, &changes, &error));
   ptet_extraction* extraction = NULL;

@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <map>
 #include <new>
 #include <thread>
 
@@ -116,6 +117,58 @@ TEST_CASE("a session knows which record made each tet, as long as it is asked") 
       REQUIRE(session.made_by().empty() == !request.origins);
     }
   }
+}
+
+TEST_CASE("slots are given back where hardly any are used, and stay otherwise") {
+  const TetMesh mesh = test::grid({{10, 10, 10}, {}, 2, 5});
+  const std::vector<std::byte> bytes = file::encode(mesh, test::simplify_naively(mesh), {"test", "grid", "", {}, {}});
+  const auto shared = Dataset::open_memory(bytes);
+  const std::uint64_t tets = shared->info().tets;
+  REQUIRE(tets > 4096);
+  REQUIRE(shared->info().base_tets < tets / 8);
+  Session session(shared);
+  test::SlotCopy copy;
+  int renumbered = 0;
+  for (const std::uint64_t max_tets :
+       {tets, tets / 3, tets / 5, tets / 2, std::uint64_t{0}, tets, tets / 10, tets / 12, tets}) {
+    for (const bool without_time : {true, false}) {
+      Request request;
+      request.max_tets = max_tets;
+      request.origins = max_tets != tets / 2;
+      if (without_time) request.max_milliseconds = 0;
+      const std::size_t slots_before = session.tets().size();
+      const std::vector<VertexId> before(session.vertices().begin(), session.vertices().end());
+      const SessionUpdate& update = session.update(request);
+      INFO("max_tets " << max_tets << ", " << slots_before << " slots before");
+      if (without_time)
+        check_is_conforming(session);
+      else
+        REQUIRE(test::difference(session, update, shared->extract(request)) == "");
+      copy.follow(session, update);
+      REQUIRE(copy.difference(session) == "");
+      if (update.renumbered) {
+        CHECK(update.complete);
+        CHECK(session.tets().size() == update.tets);
+        CHECK(session.boundary_faces().size() == update.boundary_faces);
+        CHECK(session.vertices().size() == update.vertices);
+        CHECK(session.positions().size() == update.vertices);
+        CHECK(update.changed_tets.size() == update.tets);
+        CHECK(slots_before > 4096);
+        CHECK(4 * update.tets < slots_before);
+        ++renumbered;
+        continue;
+      }
+      if (update.complete) CHECK((slots_before <= 4096 || 4 * update.tets >= slots_before));
+      std::map<VertexId, std::uint32_t> slot_of;
+      for (std::uint32_t slot = 0; slot < session.vertices().size(); ++slot)
+        if (!session.vertices()[slot].is_none()) slot_of[session.vertices()[slot]] = slot;
+      bool stayed = session.tets().size() >= slots_before;
+      for (std::uint32_t slot = 0; slot < before.size(); ++slot)
+        if (const auto now = slot_of.find(before[slot]); now != slot_of.end()) stayed = stayed && now->second == slot;
+      CHECK(stayed);
+    }
+  }
+  CHECK(renumbered >= 2);
 }
 
 TEST_CASE("a session without time stops at a mesh, and gets there in the end") {

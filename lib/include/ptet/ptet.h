@@ -384,6 +384,11 @@ typedef struct ptet_session_changes {
   double seconds;      /* wall time of the call */
   ptet_limit limited_by;
   int32_t complete; /* 1: this is the mesh that was asked for; 0: the next update with the same request goes on */
+  /* 1: slots have other numbers than before, the first ones; those in use are all among the changed ones, and there may
+   * be fewer slots. So it is where of more than 4096 tet slots less than one in four is used once the update is
+   * complete, and where the session had to start over. 0: slots stay. */
+  int32_t renumbered;
+  int32_t unused;
 } ptet_session_changes;
 
 /* Begins with the coarsest mesh. The dataset may be freed before the session. */

@@ -4,7 +4,8 @@
 //
 //   slot    0        1        2        3        4 ...        Tets, boundary faces and vertices keep their slots while
 //   tets  [a b c d][b c d e][  unused ][d e f g] ...         they stay, so that a copy elsewhere, as on a graphics
-//                                                            card, needs only the changed slots.
+//                                                            card, needs only the changed slots. Where hardly any are
+//                                                            used any more all is moved to the first ones, once.
 //
 // Source: after Hoppe, View-dependent refinement of progressive meshes (1997), section 4, and Danovaro et al. on
 // multi-tessellations: every cut between two closed cuts that splits parents first and collapses children first is
@@ -41,6 +42,11 @@ struct SessionUpdate {
   bool complete = true;
   std::span<const BlockFailure> failures; ///< as in Extraction
   double seconds = 0;                     ///< wall time of the call
+  /// Whether slots have other numbers than before: tets, faces and vertices are in the first ones then, and the arrays
+  /// shorter as a rule; `changed_...` tell of all slots in use. So it is where of more than 4096 tet slots less than
+  /// one in four is used once the update is complete (moving them costs a look at all slots and records), and where the
+  /// session started over, see update(). Otherwise slots stay.
+  bool renumbered = false;
 };
 
 /// One viewer's mesh. Any number of sessions may share a dataset, each used by one thread at a time.
@@ -56,10 +62,11 @@ public:
 
   /// Makes the mesh that answers `request`: once it is complete, that of Dataset::extract(request), whatever came
   /// before. Reads the blocks that it needs, and keeps them in memory. Where they were dropped all the same (a damaged
-  /// block was met, see OpenOptions::memory_limit), it starts over from the base mesh, and slots may be other ones:
-  /// then `changed_...` tell of all slots in use, and the arrays may be shorter than before. Throws what extract
+  /// block was met, see OpenOptions::memory_limit), it starts over from the base mesh, and slots may be other ones,
+  /// see SessionUpdate::renumbered. Throws what extract
   /// throws; the mesh is then as it was. Cost: proportional to what differs from the last request and to the blocks
-  /// that the request divides. Allocates no memory but to read, and where the mesh grows beyond what it ever was.
+  /// that the request divides. Allocates no memory but to read, where the mesh grows beyond what it ever was, and
+  /// where it is renumbered; with origins, where they are asked for first.
   const SessionUpdate& update(const Request& request);
 
   // The mesh by slots; unused slots are kUnused throughout, vertices none. Valid until the next update.

@@ -51,6 +51,7 @@ public:
     dict["complete"] = done->complete;
     dict["failures"] = failures_as_list(done->failures);
     dict["seconds"] = done->seconds;
+    dict["renumbered"] = done->renumbered;
     return dict;
   }
 
