@@ -229,6 +229,26 @@ std::vector<Point> sorted_corners(const Polygons& polygons) {
   return corners;
 }
 
+/// Each cell as its corners with what colours them, and it.
+std::vector<std::vector<double>> sorted_cells(const Cells& cells) {
+  std::vector<std::vector<double>> rows;
+  for (std::size_t t = 0; t < cells.tets.size(); ++t) {
+    std::vector<std::array<double, 4>> corners;
+    for (const std::int64_t v : cells.tets[t]) {
+      const auto row = static_cast<std::size_t>(v);
+      const Point& p = cells.points[row];
+      corners.push_back({p[0], p[1], p[2], cells.point_values.empty() ? 0 : cells.point_values[row]});
+    }
+    std::sort(corners.begin(), corners.end());
+    std::vector<double> cell{cells.cell_values.empty() ? 0 : cells.cell_values[t]};
+    for (const auto& corner : corners)
+      cell.insert(cell.end(), corner.begin(), corner.end());
+    rows.push_back(cell);
+  }
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
 } // namespace
 
 TEST_CASE("the boundary is drawn whole, outward") {
@@ -321,32 +341,42 @@ TEST_CASE("isosurfaces are those of VTK's contour filter") {
 }
 
 TEST_CASE("a scene that followed a focus shows what a new one shows") {
-  for (const Show show : {Show::kSurface, Show::kCells, Show::kSlice, Show::kVolume}) {
-    Scene moving(dataset());
-    Settings settings = settings_for(show);
-    for (int i = 0; i < 12; ++i) {
-      Point centre = middle();
-      centre[0] += (i - 6) * 6;
-      settings.focus = Sphere{centre, 0.15 * dataset()->info().diagonal};
-      settings.error = i % 3 == 0 ? std::nullopt : std::optional(0.05 * i);
-      // In bounded steps, the last of which changes nothing.
-      while (!moving.step(settings, 0.02).is_complete) {
+  Scene surface(dataset());
+  const Range range = surface.step(settings_for(Show::kSurface)).range;
+  for (const Show show : {Show::kSurface, Show::kCells, Show::kSlice, Show::kIsosurface, Show::kVolume})
+    for (const ColourKind kind : {ColourKind::kField, ColourKind::kError, ColourKind::kLevel}) {
+      Scene moving(dataset());
+      Settings settings = settings_for(show);
+      settings.colour.kind = kind;
+      for (int i = 0; i < 14; ++i) {
+        Point centre = middle();
+        centre[0] += (i - 6) * 6;
+        settings.focus = Sphere{centre, 0.15 * dataset()->info().diagonal};
+        settings.error = i % 3 == 0 ? std::nullopt : std::optional(0.05 * i);
+        settings.isovalue = 0.6 * range.least + 0.4 * range.most;
+        if (i == 9) settings.error = 0; // and from the original back to few tets
+        if (i == 4) settings.colour.kind = ColourKind::kField;
+        if (i == 6) settings.colour.kind = kind;
+        if (i == 7) settings.plane.offset += 0.5;
+        // In bounded steps, the last of which changes nothing.
+        while (!moving.step(settings, 0.02).is_complete) {
+        }
       }
+      CHECK(moving.frame().number > 6);
+      Scene fresh(dataset());
+      (void)fresh.step(settings);
+      CHECK(moving.frame().tets == fresh.frame().tets);
+      CHECK(moving.frame().field_error == fresh.frame().field_error);
+      if (kind != ColourKind::kField) CHECK(moving.frame().range == fresh.frame().range);
+      if (show == Show::kVolume) {
+        CHECK(moving.frame().cells.tets.size() == fresh.frame().tets);
+        CHECK(sorted_cells(moving.frame().cells) == sorted_cells(fresh.frame().cells));
+        continue;
+      }
+      CHECK(moving.frame().polygons.count() > 0);
+      CHECK(sorted_corners(moving.frame().polygons) == sorted_corners(fresh.frame().polygons));
+      CHECK(sums_of(moving.frame().polygons).value == Approx(sums_of(fresh.frame().polygons).value));
     }
-    CHECK(moving.frame().number > 6);
-    Scene fresh(dataset());
-    (void)fresh.step(settings);
-    CHECK(moving.frame().tets == fresh.frame().tets);
-    CHECK(moving.frame().field_error == fresh.frame().field_error);
-    if (show == Show::kVolume) {
-      CHECK(moving.frame().cells.tets.size() == fresh.frame().tets);
-      CHECK(moving.frame().cells.points.size() == fresh.frame().vertices);
-      continue;
-    }
-    CHECK(moving.frame().polygons.count() > 0);
-    CHECK(sorted_corners(moving.frame().polygons) == sorted_corners(fresh.frame().polygons));
-    CHECK(sums_of(moving.frame().polygons).value == Approx(sums_of(fresh.frame().polygons).value));
-  }
 }
 
 TEST_CASE("a scene does not wait for blocks, and gets there") {

@@ -115,9 +115,14 @@ void run(const std::string& file, int frames, double step) {
   error.error = 0.02;
   for (const auto& [name, settings] : {std::pair{"2% of the vertices", vertices}, {"error 2%", error}}) {
     std::printf("background: %s\n", name);
-    for (const Case& shown : {Case{"boundary surface", Show::kSurface}, Case{"cells cut open", Show::kCells},
-                              Case{"slice", Show::kSlice}, Case{"isosurface", Show::kIsosurface},
-                              Case{"volume", Show::kVolume}, Case{"cells, by error", Show::kCells, ColourKind::kError}})
+    for (const Case& shown :
+         {Case{"boundary surface", Show::kSurface}, Case{"cells cut open", Show::kCells}, Case{"slice", Show::kSlice},
+          Case{"isosurface", Show::kIsosurface}, Case{"volume", Show::kVolume},
+          Case{"surface, by error", Show::kSurface, ColourKind::kError},
+          Case{"cells, by error", Show::kCells, ColourKind::kError},
+          Case{"cells, by level", Show::kCells, ColourKind::kLevel},
+          Case{"slice, by error", Show::kSlice, ColourKind::kError},
+          Case{"volume, by error", Show::kVolume, ColourKind::kError}})
       follow(shown, data, path, settings, isovalue, frames, step);
   }
 }

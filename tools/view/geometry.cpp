@@ -127,32 +127,72 @@ void Geometry::boundary(const MeshRows& mesh, Polygons& out) {
   if (!unowned_.empty()) emit_boundary_by_tet(mesh, {}, unowned_, out);
 }
 
+template <class IsThere>
+void Geometry::find_sides(const MeshRows& mesh, const Changes* changes, IsThere&& is_there) {
+  side_.resize(mesh.positions.size());
+  if (changes == nullptr) {
+    for (std::size_t v = 0; v < side_.size(); ++v)
+      side_[v] = is_there(v) ? 1 : 0;
+  } else {
+    for (const std::uint32_t v : changes->vertices)
+      side_[v] = is_there(v) ? 1 : 0;
+  }
+}
+
+// Where a vertex changes sides, or is another one, its tets are others.
+void Geometry::find_mixed(const MeshRows& mesh, const Changes* changes) {
+  const auto is_mixed = [&](const std::array<std::uint32_t, 4>& tet) {
+    if (tet[0] == kUnusedRow) return false;
+    const int there = side_[tet[0]] + side_[tet[1]] + side_[tet[2]] + side_[tet[3]];
+    return there != 0 && there != 4;
+  };
+  if (changes == nullptr) {
+    mixed_.clear();
+    mixed_place_.assign(mesh.tets.size(), kUnusedRow);
+    for (std::uint32_t t = 0; t < mesh.tets.size(); ++t)
+      if (is_mixed(mesh.tets[t])) set_mixed(t, true);
+  } else {
+    mixed_place_.resize(mesh.tets.size(), kUnusedRow);
+    for (const std::uint32_t t : changes->tets)
+      set_mixed(t, is_mixed(mesh.tets[t]));
+  }
+}
+
+void Geometry::set_mixed(std::uint32_t tet, bool mixed) {
+  std::uint32_t& place = mixed_place_[tet];
+  if (mixed == (place != kUnusedRow)) return;
+  if (mixed) {
+    place = static_cast<std::uint32_t>(mixed_.size());
+    mixed_.push_back(tet);
+  } else {
+    mixed_[place] = mixed_.back();
+    mixed_place_[mixed_.back()] = place;
+    mixed_.pop_back();
+    place = kUnusedRow;
+  }
+}
+
 // A face between a kept and a dropped tet belongs to a tet that the plane cuts, a mixed one: were both on one side,
 // both were kept or dropped. So only faces of mixed tets are hashed. Of those met once the tet behind is on one side,
 // or there is none: a face with all corners in front has nothing kept behind it, and one with all corners behind is
 // drawn where the mixed tet is dropped and it is no boundary face, or kept and it is one.
-void Geometry::cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out) {
+void Geometry::cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out, const Changes* changes) {
   out.clear();
   row_.assign(mesh.positions.size(), kUnusedRow);
   distance_.resize(mesh.positions.size());
-  side_.resize(mesh.positions.size());
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+  find_sides(mesh, changes, [&](std::size_t v) {
     distance_[v] = plane.distance(mesh.positions[v]);
-    side_[v] = distance_[v] <= 0 ? 1 : 0;
-  }
+    return distance_[v] <= 0;
+  });
+  find_mixed(mesh, changes);
   const auto is_kept = [&](const std::array<std::uint32_t, 4>& tet) {
     return distance_[tet[0]] + distance_[tet[1]] + distance_[tet[2]] + distance_[tet[3]] <= 0;
   };
   const bool by_tet = !mesh.tet_values.empty();
-  mixed_.clear();
-  if (by_tet) is_kept_.assign(mesh.tets.size(), 0);
-  for (std::uint32_t t = 0; t < mesh.tets.size(); ++t) {
-    const auto& tet = mesh.tets[t];
-    if (tet[0] == kUnusedRow) continue;
-    const int behind = side_[tet[0]] + side_[tet[1]] + side_[tet[2]] + side_[tet[3]];
-    if (behind != 0 && behind != 4) mixed_.push_back(t);
-    if (by_tet) is_kept_[t] = behind == 4 || (behind != 0 && is_kept(tet)) ? 1 : 0;
-  }
+  on_mixed_.assign(mesh.positions.size(), 0);
+  for (const std::uint32_t t : mixed_)
+    for (const std::uint32_t v : mesh.tets[t])
+      on_mixed_[v] = 1;
   begin_faces(4 * mixed_.size());
   bool is_new = false;
   for (const std::uint32_t t : mixed_) {
@@ -168,13 +208,20 @@ void Geometry::cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out)
   for (const Face& face : mesh.faces) {
     if (face[0] == kUnusedRow) continue;
     const int behind = side_[face[0]] + side_[face[1]] + side_[face[2]];
+    const auto emit_if_behind = [&] {
+      if (behind == 3) (by_tet ? unowned_.push_back(face) : emit(mesh, face, 0, out));
+    };
+    if (on_mixed_[face[0]] + on_mixed_[face[1]] + on_mixed_[face[2]] != 3) {
+      emit_if_behind();
+      continue;
+    }
     const Face key = sorted(face);
     std::size_t row = hash_of(key) & mask;
     while (table_[row].tet != kUnusedRow && table_[row].key != key)
       row = (row + 1) & mask;
     FaceEntry& entry = table_[row];
     if (entry.tet == kUnusedRow) {
-      if (behind == 3) (by_tet ? unowned_.push_back(face) : emit(mesh, face, 0, out));
+      emit_if_behind();
       continue;
     }
     if (is_kept(mesh.tets[entry.tet])) emit(mesh, face, entry.tet, out);
@@ -196,20 +243,22 @@ void Geometry::cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out)
     else
       unowned_.push_back(turned);
   }
-  if (!unowned_.empty()) emit_boundary_by_tet(mesh, is_kept_, unowned_, out);
+  if (unowned_.empty()) return;
+  is_kept_.resize(mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+    is_kept_[t] = mesh.tets[t][0] != kUnusedRow && is_kept(mesh.tets[t]) ? 1 : 0;
+  emit_boundary_by_tet(mesh, is_kept_, unowned_, out);
 }
 
-void Geometry::level_set(const MeshRows& mesh, std::span<const double> function, double value, Polygons& out) {
+void Geometry::level_set(const MeshRows& mesh, std::span<const double> function, double value, Polygons& out,
+                         const Changes* changes) {
   out.clear();
-  side_.resize(function.size());
-  for (std::size_t v = 0; v < function.size(); ++v)
-    side_[v] = function[v] >= value ? 1 : 0;
+  find_sides(mesh, changes, [&](std::size_t v) { return function[v] >= value; });
+  find_mixed(mesh, changes);
   const bool by_tet = !mesh.tet_values.empty();
-  for (std::uint32_t t = 0; t < mesh.tets.size(); ++t) {
+  for (const std::uint32_t t : mixed_) {
     const auto& tet = mesh.tets[t];
-    if (tet[0] == kUnusedRow) continue;
     const int above = side_[tet[0]] + side_[tet[1]] + side_[tet[2]] + side_[tet[3]];
-    if (above == 0 || above == 4) continue;
     if (!std::isfinite(function[tet[0]] + function[tet[1]] + function[tet[2]] + function[tet[3]])) continue;
     std::array<std::uint32_t, 4> order{}; // corners above, then those below
     std::size_t first = 0, last = 4;

@@ -27,6 +27,11 @@ struct MeshRows {
   std::span<const double> tet_values;                  ///< by tet, what colours it instead; empty: `values` does
 };
 
+/// The rows in which a mesh may differ from what it was.
+struct Changes {
+  std::span<const std::uint32_t> tets, vertices;
+};
+
 /// The points x with dot(normal, x) <= offset are behind the plane.
 struct Plane {
   Point normal{0, -1, 0};
@@ -52,6 +57,9 @@ struct Polygons {
 
 /// Makes polygons; keeps its memory from call to call, so that a viewer allocates nothing while it follows a mesh.
 ///
+/// Where `changes` are given, the last call was the same one, with the same plane, or function and value, for the mesh
+/// as it was before these changes: only they are looked at, and what is drawn.
+///
 /// Thread rule: one thread at a time.
 class Geometry {
 public:
@@ -59,10 +67,11 @@ public:
   void boundary(const MeshRows& mesh, Polygons& out);
   /// The faces of all tets whose centre is behind the plane that no other such tet shares. Cost: a look at each tet,
   /// and a hash of the faces of those that the plane cuts.
-  void cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out);
+  void cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out, const Changes* changes = nullptr);
   /// Where `function`, by vertex and linear in each tet, is `value`. Points are not shared between polygons. Tets where
   /// it is not finite are left out. Cost: a look at each tet.
-  void level_set(const MeshRows& mesh, std::span<const double> function, double value, Polygons& out);
+  void level_set(const MeshRows& mesh, std::span<const double> function, double value, Polygons& out,
+                 const Changes* changes = nullptr);
 
 private:
   using Face = std::array<std::uint32_t, 3>;
@@ -74,6 +83,10 @@ private:
     std::uint32_t other = kUnusedRow;
   };
 
+  template <class IsThere>
+  void find_sides(const MeshRows& mesh, const Changes* changes, IsThere&& is_there);
+  void find_mixed(const MeshRows& mesh, const Changes* changes);
+  void set_mixed(std::uint32_t tet, bool mixed);
   void begin_faces(std::size_t count);
   FaceEntry& entry_of(const Face& face, bool& is_new);
   void emit(const MeshRows& mesh, const Face& face, std::uint32_t tet, Polygons& out);
@@ -84,11 +97,13 @@ private:
   std::vector<std::uint32_t> filled_; ///< rows of table_ in use, in order of arrival
   std::vector<std::uint32_t> row_;    ///< by vertex: its point in the polygons made now
   std::vector<double> distance_;
-  std::vector<char> side_;           ///< by vertex
-  std::vector<std::uint32_t> mixed_; ///< tets with corners on both sides
-  std::vector<char> is_kept_;        ///< by tet, where tets have values
-  std::vector<Face> unowned_;        ///< faces to be drawn whose tet is not known yet
-  std::vector<char> on_wanted_;      ///< by vertex
+  std::vector<char> side_;                 ///< by vertex
+  std::vector<std::uint32_t> mixed_;       ///< tets with corners on both sides, in no order
+  std::vector<std::uint32_t> mixed_place_; ///< by tet, in mixed_, or kUnusedRow
+  std::vector<char> on_mixed_;             ///< by vertex, a corner of one of them
+  std::vector<char> is_kept_;              ///< by tet, where tets have values
+  std::vector<Face> unowned_;              ///< faces to be drawn whose tet is not known yet
+  std::vector<char> on_wanted_;            ///< by vertex
 };
 
 } // namespace ptet::view

@@ -1,7 +1,6 @@
 #include "scene.hpp"
 
 #include "lod/dataset_impl.hpp"
-#include "record/error_code.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -24,31 +23,51 @@ bool shows_alike(const Settings& a, const Settings& b) {
   return a.show != Show::kIsosurface || (a.iso_field == b.iso_field && a.isovalue == b.isovalue);
 }
 
-void collect_cells(const MeshRows& mesh, std::vector<std::uint32_t>& row, Cells& out) {
-  out.points.clear();
-  out.point_values.clear();
-  out.cell_values.clear();
-  out.tets.clear();
-  row.assign(mesh.positions.size(), kUnusedRow);
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    const auto& tet = mesh.tets[t];
-    if (tet[0] == kUnusedRow) continue;
-    std::array<std::int64_t, 4> corners{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::uint32_t v = tet[i];
-      if (row[v] == kUnusedRow) {
-        row[v] = static_cast<std::uint32_t>(out.points.size());
-        out.points.push_back(mesh.positions[v]);
-        if (mesh.tet_values.empty()) out.point_values.push_back(mesh.values[v]);
-      }
-      corners[i] = row[v];
-    }
-    out.tets.push_back(corners);
-    if (!mesh.tet_values.empty()) out.cell_values.push_back(mesh.tet_values[t]);
+} // namespace
+
+void Cells::follow(const MeshRows& mesh, const Changes* changes) {
+  points = mesh.positions;
+  point_values = mesh.tet_values.empty() ? mesh.values : std::span<const double>();
+  if (changes == nullptr) {
+    tets.clear();
+    cell_values.clear();
+    slots_.clear();
+    row_of_slot_.assign(mesh.tets.size(), kUnusedRow);
+    for (std::uint32_t slot = 0; slot < mesh.tets.size(); ++slot)
+      follow_slot(mesh, slot);
+  } else {
+    row_of_slot_.resize(mesh.tets.size(), kUnusedRow);
+    for (const std::uint32_t slot : changes->tets)
+      follow_slot(mesh, slot);
   }
 }
 
-} // namespace
+// The last row goes where one is left.
+void Cells::follow_slot(const MeshRows& mesh, std::uint32_t slot) {
+  const auto& tet = mesh.tets[slot];
+  const bool by_tet = !mesh.tet_values.empty();
+  std::uint32_t& row = row_of_slot_[slot];
+  if (tet[0] == kUnusedRow) {
+    if (row == kUnusedRow) return;
+    tets[row] = tets.back();
+    if (by_tet) cell_values[row] = cell_values.back();
+    row_of_slot_[slots_[row] = slots_.back()] = row;
+    tets.pop_back();
+    if (by_tet) cell_values.pop_back();
+    slots_.pop_back();
+    row = kUnusedRow;
+    return;
+  }
+  if (row == kUnusedRow) {
+    row = static_cast<std::uint32_t>(tets.size());
+    tets.emplace_back();
+    if (by_tet) cell_values.emplace_back();
+    slots_.push_back(slot);
+  }
+  for (std::size_t i = 0; i < 4; ++i)
+    tets[row][i] = tet[i];
+  if (by_tet) cell_values[row] = mesh.tet_values[slot];
+}
 
 Request request_of(const Settings& settings) {
   Request request;
@@ -68,29 +87,24 @@ Request request_of(const Settings& settings) {
   return request;
 }
 
-std::vector<double> errors_of_tets(const Dataset& dataset, const std::vector<RecordId>& made_by) {
-  const Hierarchy& hierarchy = dataset.impl().hierarchy;
-  const std::size_t count = hierarchy.errors_per_record();
-  std::vector<double> values(made_by.size(), 0);
-  const auto lock = hierarchy.lock();
-  for (std::size_t t = 0; t < made_by.size(); ++t) {
-    if (made_by[t].is_none()) continue;
-    const ErrorCode16* const own = hierarchy.content().own.data() + made_by[t].index() * count;
-    // The last is the domain's, which counts where no field has errors; codes grow with what they stand for.
-    values[t] = 100 * decode_error(*std::max_element(own, own + std::max<std::size_t>(count - 1, 1)), 1);
-  }
+std::vector<double> errors_of_tets(const Dataset& dataset, std::span<const RecordId> made_by) {
+  std::vector<double> values(made_by.size(), 0), of_field(made_by.size());
+  const auto widen = [&](OriginValue what, std::size_t field, double whole) {
+    dataset.origin_values(made_by, what, field, of_field);
+    for (std::size_t t = 0; t < values.size() && whole > 0; ++t)
+      values[t] = std::max(values[t], 100 * of_field[t] / whole);
+  };
+  std::size_t governing = 0;
+  for (const FieldInfo& field : dataset.info().fields)
+    if (field.governing) widen(OriginValue::kFieldError, governing++, field.range);
+  // The domain's counts where no field has errors.
+  if (governing == 0) widen(OriginValue::kDomainError, 0, dataset.info().diagonal);
   return values;
 }
 
-std::vector<double> levels_of_tets(const Dataset& dataset, const std::vector<RecordId>& made_by) {
-  const DatasetInfo& info = dataset.info();
-  std::vector<double> values(made_by.size(), 0);
-  for (std::size_t t = 0; t < made_by.size(); ++t) {
-    if (made_by[t].is_none()) continue;
-    // Records come from coarse to fine: so many vertices were there when this one made the tet, about.
-    const auto vertices = static_cast<double>(info.base_vertices + made_by[t].index() + 1);
-    values[t] = 1 + std::floor(std::log2(static_cast<double>(info.vertices) / vertices));
-  }
+std::vector<double> levels_of_tets(const Dataset& dataset, std::span<const RecordId> made_by) {
+  std::vector<double> values(made_by.size());
+  dataset.origin_values(made_by, OriginValue::kLevel, 0, values);
   return values;
 }
 
@@ -107,18 +121,19 @@ const Frame& Scene::step(const Settings& settings, std::optional<double> max_ms)
   const auto geometry_begin = Clock::now();
   const bool by_tet = settings.colour.kind != ColourKind::kField;
   const bool is_same_mesh = last_ && update.changed_tets.empty() && update.changed_vertices.empty();
-  // What made a tet may have been read only now.
-  const bool is_same = is_same_mesh && shows_alike(*last_, settings) && (!by_tet || frame_.is_complete);
+  const bool is_same = is_same_mesh && shows_alike(*last_, settings);
   mesh_.choose(0, settings.colour.field);
   mesh_.choose(1, settings.iso_field);
   mesh_.follow(session_, update);
   describe(update);
   if (!is_same) {
     if (by_tet)
-      colour_tets(settings);
+      colour_tets(settings, update.changed_tets);
     else
       tet_values_.clear();
-    make_geometry(settings);
+    const Changes changes{update.changed_tets, update.changed_vertices};
+    const bool follows = last_ && shows_alike(*last_, settings) && !update.renumbered;
+    make_geometry(settings, follows ? &changes : nullptr);
     ++frame_.number;
   }
   set_range(settings);
@@ -137,40 +152,59 @@ std::uint64_t Scene::bytes_read() const {
   return hierarchy.bytes_read();
 }
 
-void Scene::colour_tets(const Settings& settings) {
-  const Extraction extraction = session_.extraction();
-  mesh_by_tet_.choose(0, settings.colour.field);
-  mesh_by_tet_.choose(1, settings.iso_field);
-  mesh_by_tet_.take(extraction);
-  tet_values_ = settings.colour.kind == ColourKind::kError ? errors_of_tets(*dataset_, extraction.made_by)
-                                                           : levels_of_tets(*dataset_, extraction.made_by);
+// By slot, of those that changed, unless another kind of colour was shown before.
+void Scene::colour_tets(const Settings& settings, std::span<const std::uint32_t> changed) {
+  const std::span<const RecordId> made_by = session_.made_by();
+  const auto values_of = [&](std::span<const RecordId> makers) {
+    return settings.colour.kind == ColourKind::kError ? errors_of_tets(*dataset_, makers)
+                                                      : levels_of_tets(*dataset_, makers);
+  };
+  if (tet_values_.empty() || last_->colour.kind != settings.colour.kind) {
+    tet_values_ = values_of(made_by);
+    return;
+  }
+  makers_.clear();
+  for (const std::uint32_t slot : changed)
+    makers_.push_back(made_by[slot]);
+  values_ = values_of(makers_);
+  tet_values_.resize(made_by.size());
+  for (std::size_t i = 0; i < changed.size(); ++i)
+    tet_values_[changed[i]] = values_[i];
 }
 
-void Scene::make_geometry(const Settings& settings) {
-  const bool by_tet = settings.colour.kind != ColourKind::kField;
-  const ShownMesh& shown = by_tet ? mesh_by_tet_ : mesh_;
-  MeshRows mesh = shown.rows();
+void Scene::make_geometry(const Settings& settings, const Changes* changes) {
+  MeshRows mesh = mesh_.rows();
   mesh.tet_values = tet_values_;
   if (settings.show != Show::kVolume) frame_.cells = {};
   switch (settings.show) {
   case Show::kSurface: geometry_.boundary(mesh, frame_.polygons); break;
-  case Show::kCells: geometry_.cut_open(mesh, settings.plane, frame_.polygons); break;
+  case Show::kCells: geometry_.cut_open(mesh, settings.plane, frame_.polygons, changes); break;
   case Show::kSlice:
-    distance_.resize(mesh.positions.size());
-    for (std::size_t v = 0; v < distance_.size(); ++v)
-      distance_[v] = settings.plane.distance(mesh.positions[v]);
-    geometry_.level_set(mesh, distance_, 0, frame_.polygons);
+    measure_distances(settings.plane, changes);
+    geometry_.level_set(mesh, distance_, 0, frame_.polygons, changes);
     break;
   case Show::kIsosurface:
     if (settings.isovalue)
-      geometry_.level_set(mesh, shown.values(1), *settings.isovalue, frame_.polygons);
+      geometry_.level_set(mesh, mesh_.values(1), *settings.isovalue, frame_.polygons, changes);
     else
       frame_.polygons.clear();
     break;
   case Show::kVolume:
     frame_.polygons.clear();
-    collect_cells(mesh, row_, frame_.cells);
+    frame_.cells.follow(mesh, changes);
     break;
+  }
+}
+
+void Scene::measure_distances(const Plane& plane, const Changes* changes) {
+  const std::span<const Point> positions = mesh_.rows().positions;
+  distance_.resize(positions.size());
+  if (changes == nullptr) {
+    for (std::size_t v = 0; v < distance_.size(); ++v)
+      distance_[v] = plane.distance(positions[v]);
+  } else {
+    for (const std::uint32_t v : changes->vertices)
+      distance_[v] = plane.distance(positions[v]);
   }
 }
 

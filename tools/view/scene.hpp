@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -54,17 +55,27 @@ struct Settings {
 /// What the settings ask of the file.
 [[nodiscard]] Request request_of(const Settings& settings);
 
-/// The tets themselves, for a volume.
-struct Cells {
-  std::vector<Point> points;
-  std::vector<double> point_values;
-  std::vector<double> cell_values; ///< as in Polygons
-  std::vector<std::array<std::int64_t, 4>> tets;
+/// The tets themselves, for a volume, kept from mesh to mesh by what changes.
+class Cells {
+public:
+  /// `changes`: as of Geometry.
+  void follow(const MeshRows& mesh, const Changes* changes);
+
+  std::span<const Point> points; ///< of the mesh's rows, those of no use too
+  std::span<const double> point_values;
+  std::vector<double> cell_values;               ///< as in Polygons
+  std::vector<std::array<std::int64_t, 4>> tets; ///< in no order
+
+private:
+  void follow_slot(const MeshRows& mesh, std::uint32_t slot);
+
+  std::vector<std::uint32_t> slots_;       ///< by row of `tets`
+  std::vector<std::uint32_t> row_of_slot_; ///< or kUnusedRow
 };
 
 struct Frame {
   Polygons polygons;
-  Cells cells;              ///< only when a volume is shown
+  Cells cells;              ///< only when a volume is shown; of the scene's own memory
   std::uint64_t number = 0; ///< another one whenever polygons or cells are
   Range range;              ///< of the values that colour, seen so far
 
@@ -85,37 +96,38 @@ public:
   explicit Scene(std::shared_ptr<const Dataset> dataset);
 
   /// Goes towards what `settings` ask for, for about `max_ms` (none: all the way, unless blocks are being loaded); the
-  /// frame is then one of a conforming mesh whose errors are stated. Colours by error or level need all of the file,
-  /// and a look at all of the mesh at each step. Throws what Session::update throws. The frame is valid until the next
+  /// frame is then one of a conforming mesh whose errors are stated. Colours by error or level need all of the file.
+  /// Throws what Session::update throws. The frame is valid until the next
   /// step.
   const Frame& step(const Settings& settings, std::optional<double> max_ms = std::nullopt);
 
   [[nodiscard]] const Frame& frame() const { return frame_; }
   [[nodiscard]] const Dataset& dataset() const { return *dataset_; }
-  /// Where the mesh's vertices lie, slot by slot; those of no use too. Of meshes coloured by tet another order.
+  /// Where the mesh's vertices lie, slot by slot; those of no use too.
   [[nodiscard]] const ShownMesh& mesh() const { return mesh_; }
 
 private:
   [[nodiscard]] std::uint64_t bytes_read() const;
-  void colour_tets(const Settings& settings);
-  void make_geometry(const Settings& settings);
+  void colour_tets(const Settings& settings, std::span<const std::uint32_t> changed);
+  void make_geometry(const Settings& settings, const Changes* changes);
+  void measure_distances(const Plane& plane, const Changes* changes);
   void describe(const SessionUpdate& update);
   void set_range(const Settings& settings);
 
   std::shared_ptr<const Dataset> dataset_;
   Session session_;
   ShownMesh mesh_;
-  ShownMesh mesh_by_tet_;
-  std::vector<double> tet_values_;
+  std::vector<double> tet_values_; ///< by tet slot; empty where the colour is a field's
+  std::vector<RecordId> makers_;   ///< scratch
+  std::vector<double> values_;
   Geometry geometry_;
   std::vector<double> distance_; ///< by vertex, from the plane of a slice
-  std::vector<std::uint32_t> row_;
   std::optional<Settings> last_;
   Frame frame_;
 };
 
 /// By tet, see ColourKind. `made_by` as an extraction with origins has it.
-[[nodiscard]] std::vector<double> errors_of_tets(const Dataset& dataset, const std::vector<RecordId>& made_by);
-[[nodiscard]] std::vector<double> levels_of_tets(const Dataset& dataset, const std::vector<RecordId>& made_by);
+[[nodiscard]] std::vector<double> errors_of_tets(const Dataset& dataset, std::span<const RecordId> made_by);
+[[nodiscard]] std::vector<double> levels_of_tets(const Dataset& dataset, std::span<const RecordId> made_by);
 
 } // namespace ptet::view

@@ -50,27 +50,6 @@ void ShownMesh::follow(const Session& session, const SessionUpdate& update) {
   faces_ = session.boundary_faces();
 }
 
-void ShownMesh::take(const Extraction& extraction) {
-  const TetMesh& mesh = extraction.mesh;
-  positions_.resize(mesh.vertex_count());
-  for (std::size_t v = 0; v < positions_.size(); ++v)
-    positions_[v] = point_of(mesh.positions, v);
-  for (Column& column : columns_) {
-    column.values.resize(positions_.size());
-    column.is_stale = false;
-    for (std::size_t v = 0; v < positions_.size(); ++v)
-      set_row(column, mesh.point_arrays, v);
-  }
-  own_tets_.clear();
-  for (const Tet& tet : mesh.tets)
-    own_tets_.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
-  own_faces_.clear();
-  for (const auto& face : extraction.boundary_faces)
-    own_faces_.push_back({face[0].index(), face[1].index(), face[2].index()});
-  tets_ = own_tets_;
-  faces_ = own_faces_;
-}
-
 MeshRows ShownMesh::rows() const {
   return {positions_, columns_[0].values, tets_, faces_, {}};
 }

@@ -33,10 +33,8 @@ public:
   void choose(std::size_t column, std::size_t field);
   /// The session's mesh as it is after `update`, which must follow the update of the last call.
   void follow(const Session& session, const SessionUpdate& update);
-  /// Another mesh altogether.
-  void take(const Extraction& extraction);
 
-  /// Valid until the next call of follow or take. `values` are those of column 0, and there are no tet_values.
+  /// Valid until the next call of follow. `values` are those of column 0, and there are no tet_values.
   [[nodiscard]] MeshRows rows() const;
   [[nodiscard]] std::span<const double> values(std::size_t column) const { return columns_[column].values; }
   /// Of all values that the column's field has had here since it was chosen.
@@ -54,8 +52,6 @@ private:
 
   std::vector<Point> positions_;
   std::array<Column, kColumns> columns_;
-  std::vector<std::array<std::uint32_t, 4>> own_tets_; ///< of an extraction
-  std::vector<std::array<std::uint32_t, 3>> own_faces_;
   std::span<const std::array<std::uint32_t, 4>> tets_;
   std::span<const std::array<std::uint32_t, 3>> faces_;
 };

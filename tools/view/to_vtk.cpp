@@ -1,5 +1,7 @@
 #include "to_vtk.hpp"
 
+#include <span>
+
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
@@ -21,14 +23,14 @@ vtkSmartPointer<Array> refer(const T* data, std::size_t count, int components = 
   return array;
 }
 
-vtkSmartPointer<vtkPoints> points_of(const std::vector<Point>& points) {
+vtkSmartPointer<vtkPoints> points_of(std::span<const Point> points) {
   auto result = vtkSmartPointer<vtkPoints>::New();
   result->SetData(refer<vtkDoubleArray>(points.empty() ? nullptr : points.front().data(), 3 * points.size(), 3));
   return result;
 }
 
-void set_values(vtkDataSet& data, const std::vector<double>& at_points, const std::vector<double>& at_cells) {
-  const auto scalars = [](const std::vector<double>& values) {
+void set_values(vtkDataSet& data, std::span<const double> at_points, std::span<const double> at_cells) {
+  const auto scalars = [](std::span<const double> values) {
     auto array = refer<vtkDoubleArray>(values.data(), values.size());
     array->SetName("value");
     return array;
