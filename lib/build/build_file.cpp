@@ -1,16 +1,23 @@
 #include "build/builder.hpp"
 #include "build/describe_options.hpp"
+#include "build/piece_decisions.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/writer.hpp"
 #include "mesh/prepare.hpp"
 #include "ptet/build.hpp"
+#include "ptet/error.hpp"
+#include "ptet/pieces_build.hpp"
 #include "ptet/version.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <optional>
 
 namespace ptet {
 namespace {
+
+using Bytes = std::vector<std::byte>;
 
 /// All that goes into a file, and the report of how it was made.
 struct Built {
@@ -19,14 +26,16 @@ struct Built {
   file::Manifest manifest;
 };
 
-Built collapse_all(TetMesh mesh, const BuildOptions& options, const std::string& source_name,
-                   const std::string& source_hash, BuildReport& report, const ProgressCallback& progress) {
-  report.input_vertices = mesh.vertex_count();
-  report.input_tets = mesh.tets.size();
+/// `decided`: what was decided in pieces, or null.
+Built collapse_all(PreparedMesh prepared, const BuildOptions& options, const std::string& source_name,
+                   const std::string& source_hash, BuildReport& report, const ProgressCallback& progress,
+                   const build::Decisions* decided = nullptr) {
+  report.input_vertices = prepared.mesh.vertex_count();
+  report.input_tets = prepared.mesh.tets.size();
   Built built;
-  built.prepared = prepare(std::move(mesh), progress);
+  built.prepared = std::move(prepared);
   report.notes = built.prepared.notes;
-  built.records = build::build_records(built.prepared, options, report, progress);
+  built.records = build::build_records(built.prepared, options, report, progress, decided);
 
   built.manifest.tool_version = kVersion;
   built.manifest.source_name = source_name;
@@ -36,35 +45,140 @@ Built collapse_all(TetMesh mesh, const BuildOptions& options, const std::string&
   return built;
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+class Stopwatch {
+public:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// What all pieces decide, one after the other.
+std::vector<Bytes> decide_all(const PiecesBuild& pieces, const ProgressCallback& progress) {
+  constexpr std::uint64_t kSteps = 1000; // a piece
+  std::vector<Bytes> decided;
+  for (std::uint32_t p = 0; p < pieces.piece_count(); ++p)
+    decided.push_back(pieces.decide(p, [&](const Progress& of_piece) {
+      const std::uint64_t steps = kSteps * of_piece.done / std::max<std::uint64_t>(1, of_piece.total);
+      return !progress || progress({"collapsing pieces", p * kSteps + steps, pieces.piece_count() * kSteps});
+    }));
+  return decided;
+}
+
+/// Both passes; `write` is the second.
+template <class Write>
+auto build_over_pieces(TetMesh mesh, const BuildOptions& options, BuildReport& report, const ProgressCallback& progress,
+                       Write&& write) {
+  const Stopwatch all;
+  PiecesBuild pieces(std::move(mesh), options, progress);
+  const Stopwatch first_pass;
+  std::vector<Bytes> decided = decide_all(pieces, progress);
+  const double piece_seconds = first_pass.seconds();
+  auto written = write(pieces, std::move(decided));
+  report.piece_seconds = piece_seconds;
+  report.total_seconds = all.seconds();
+  return written;
 }
 
 } // namespace
 
+struct PiecesBuild::Impl {
+  Impl(TetMesh mesh, BuildOptions given, const ProgressCallback& progress)
+      : options(std::move(given)), prepared(prepare(std::move(mesh), progress)),
+        decisions(std::in_place, prepared, options) {}
+
+  /// The second pass.
+  [[nodiscard]] Built finish(std::vector<Bytes> decided, const std::string& source_name, const std::string& source_hash,
+                             BuildReport& report, const ProgressCallback& progress) {
+    if (!decisions) throw Error(ErrorCode::kBadArgument, "the second pass of a build over pieces was made before");
+    const build::Decisions all = decisions->merge(decided);
+    decided = {};
+    decisions.reset();
+    return collapse_all(std::move(prepared), options, source_name, source_hash, report, progress, &all);
+  }
+
+  BuildOptions options;
+  PreparedMesh prepared;
+  std::optional<build::PieceDecisions> decisions; ///< until the second pass
+};
+
+PiecesBuild::PiecesBuild(TetMesh mesh, const BuildOptions& options, const ProgressCallback& progress)
+    : impl_(std::make_unique<Impl>(std::move(mesh), options, progress)) {}
+PiecesBuild::~PiecesBuild() = default;
+
+std::uint32_t PiecesBuild::piece_count() const {
+  return impl_->options.pieces;
+}
+
+std::vector<std::byte> PiecesBuild::decide(std::uint32_t piece, const ProgressCallback& progress) const {
+  if (!impl_->decisions || piece >= piece_count())
+    throw Error(ErrorCode::kBadArgument, "there is no piece " + std::to_string(piece) + " to be collapsed");
+  return impl_->decisions->decide(piece, progress);
+}
+
+BuildReport PiecesBuild::write(const std::string& path, std::vector<Bytes> decided, const std::string& source_name,
+                               const std::string& source_hash, const ProgressCallback& progress) {
+  const Stopwatch time;
+  BuildReport report;
+  const Built built = impl_->finish(std::move(decided), source_name, source_hash, report, progress);
+  report.file_bytes = file::write(path, built.prepared.mesh, built.records, built.manifest, progress);
+  report.total_seconds = time.seconds();
+  return report;
+}
+
+std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, BuildReport* report,
+                                                 const std::string& source_name, const std::string& source_hash,
+                                                 const ProgressCallback& progress) {
+  const Stopwatch time;
+  BuildReport own_report;
+  BuildReport& filled = report != nullptr ? *report : own_report;
+  filled = {};
+  const Built built = impl_->finish(std::move(decided), source_name, source_hash, filled, progress);
+  std::vector<std::byte> bytes = file::encode(built.prepared.mesh, built.records, built.manifest, progress);
+  filled.file_bytes = bytes.size();
+  filled.total_seconds = time.seconds();
+  return bytes;
+}
+
 BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions& options,
                        const std::string& source_name, const std::string& source_hash,
                        const ProgressCallback& progress) {
-  const auto start = std::chrono::steady_clock::now();
   BuildReport report;
-  const Built built = collapse_all(std::move(mesh), options, source_name, source_hash, report, progress);
+  if (options.pieces > 1) {
+    build_over_pieces(std::move(mesh), options, report, progress, [&](PiecesBuild& pieces, std::vector<Bytes> decided) {
+      report = pieces.write(path, std::move(decided), source_name, source_hash, progress);
+      return report.file_bytes;
+    });
+    return report;
+  }
+  const Stopwatch time;
+  const Built built =
+      collapse_all(prepare(std::move(mesh), progress), options, source_name, source_hash, report, progress);
   report.file_bytes = file::write(path, built.prepared.mesh, built.records, built.manifest, progress);
   if (!options.checkpoint.path.empty()) std::filesystem::remove(options.checkpoint.path);
-  report.total_seconds = seconds_since(start);
+  report.total_seconds = time.seconds();
   return report;
 }
 
 std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options, BuildReport* report,
                                     const std::string& source_name, const std::string& source_hash,
                                     const ProgressCallback& progress) {
-  const auto start = std::chrono::steady_clock::now();
   BuildReport own_report;
   BuildReport& filled = report != nullptr ? *report : own_report;
   filled = {};
-  const Built built = collapse_all(std::move(mesh), options, source_name, source_hash, filled, progress);
+  if (options.pieces > 1)
+    return build_over_pieces(
+        std::move(mesh), options, filled, progress, [&](PiecesBuild& pieces, std::vector<Bytes> decided) {
+          return pieces.write_memory(std::move(decided), &filled, source_name, source_hash, progress);
+        });
+  const Stopwatch time;
+  const Built built =
+      collapse_all(prepare(std::move(mesh), progress), options, source_name, source_hash, filled, progress);
   std::vector<std::byte> bytes = file::encode(built.prepared.mesh, built.records, built.manifest, progress);
   filled.file_bytes = bytes.size();
-  filled.total_seconds = seconds_since(start);
+  filled.total_seconds = time.seconds();
   return bytes;
 }
 

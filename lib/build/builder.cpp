@@ -10,8 +10,10 @@
 #include "build/field_samples.hpp"
 #include "build/gradient_predictor.hpp"
 #include "build/local_predictor.hpp"
+#include "build/mesh_scales.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/per_tet_predictor.hpp"
+#include "build/piece_decisions.hpp"
 #include "build/quadric_predictor.hpp"
 #include "build/removed_vertices.hpp"
 #include "build/trial.hpp"
@@ -43,6 +45,7 @@ namespace ptet::build {
 namespace {
 
 constexpr unsigned kMostThreads = 1024;
+constexpr std::uint32_t kMostPieces = 65536;
 /// Collapses made again between two reports of progress.
 constexpr std::size_t kReplayBatch = 4096;
 /// Without thresholds from the user, a domain error of this fraction of the diagonal weighs as much as a field error
@@ -53,18 +56,6 @@ constexpr double kDomainPerField = 1;
 constexpr double kGiveUpAt = 1.2;
 /// So many candidates are measured before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kMeasuredBetweenLooks = 2048;
-
-double diagonal_of(const PreparedMesh& prepared) {
-  Point low = prepared.points.at(0);
-  Point high = low;
-  for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)
-    for (std::size_t i = 0; i < 3; ++i) {
-      low[i] = std::min(low[i], prepared.points[v][i]);
-      high[i] = std::max(high[i], prepared.points[v][i]);
-    }
-  const double diagonal = std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
-  return diagonal > 0 ? diagonal : 1;
-}
 
 /// Largest allowed error of each field, as a fraction of its range; infinite where there is no limit.
 std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedFields& fields,
@@ -95,7 +86,8 @@ double seconds_of(F&& f) {
 /// What predicts by something else than quadrics; null where these predict, or choose what is simulated.
 std::unique_ptr<Predictor> other_predictor(const BuildOptions& options, const WorkingComplex& complex,
                                            const PreparedMesh& prepared, const NormalizedFields& fields,
-                                           double diagonal, std::vector<double> weights, double domain_weight) {
+                                           double diagonal, std::vector<double> weights, double domain_weight,
+                                           const MeshScales* whole) {
   const auto make = [&]<class P>(std::type_identity<P>) -> std::unique_ptr<Predictor> {
     return std::make_unique<P>(complex, prepared.points, fields, diagonal, std::move(weights), domain_weight);
   };
@@ -104,7 +96,7 @@ std::unique_ptr<Predictor> other_predictor(const BuildOptions& options, const Wo
   case Prediction::kGradient: return make(std::type_identity<GradientPredictor>{});
   case Prediction::kWeightedSum:
     return std::make_unique<WeightedSumPredictor>(complex, prepared.points, fields, diagonal, std::move(weights),
-                                                  domain_weight, WeightedSumPredictor::Weights{});
+                                                  domain_weight, WeightedSumPredictor::Weights{}, whole);
   case Prediction::kPerTet: return make(std::type_identity<PerTetPredictor>{});
   case Prediction::kQuadric:
   case Prediction::kSimulate:
@@ -115,10 +107,12 @@ std::unique_ptr<Predictor> other_predictor(const BuildOptions& options, const Wo
 
 class Builder {
 public:
+  /// `whole`: the mesh that this is a part of, with `samples` in the part; null: this is all of it.
   Builder(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
-          const ProgressCallback& progress)
+          const ProgressCallback& progress, const MeshScales* whole = nullptr, FieldSamples samples = {})
       : prepared_(prepared), options_(options), report_(report), progress_(progress), checkpoints_(options.checkpoint),
-        frozen_(prepared.frozen), diagonal_(diagonal_of(prepared)), fields_(prepared, options.fields),
+        frozen_(prepared.frozen), fields_(prepared, options.fields, whole != nullptr ? &whole->field_range : nullptr),
+        scales_(whole != nullptr ? *whole : scales_of(prepared, fields_)), diagonal_(scales_.diagonal),
         field_limit_(field_limits(prepared, fields_, options.max_field_error)),
         domain_limit_(options.max_domain_error.absolute(diagonal_)),
         complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
@@ -128,19 +122,21 @@ public:
         touched_(prepared.used_vertex_count + 1, 0), alive_count_(prepared.used_vertex_count) {
     if (evaluates_exactly() || (has_field_limits() && options.evaluation == Evaluation::kExact))
       exact_.emplace(prepared, fields_.view());
-    predictor_ = other_predictor(options, complex_, prepared, fields_, diagonal_, field_weights(), domain_weight());
+    predictor_ =
+        other_predictor(options, complex_, prepared, fields_, diagonal_, field_weights(), domain_weight(), whole);
     if (!predictor_) {
       auto quadrics = std::make_unique<QuadricPredictor>(
           complex_, prepared.points, fields_, diagonal_, field_weights(), domain_weight(),
-          options.prediction == Prediction::kQuadric ? QuadricWeight::kRootOfVolume : QuadricWeight::kVolume);
+          options.prediction == Prediction::kQuadric ? QuadricWeight::kRootOfVolume : QuadricWeight::kVolume, whole);
       quadrics_ = quadrics.get();
       predictor_ = std::move(quadrics);
     }
     if (options.evaluation == Evaluation::kSamples)
-      removed_.hold_samples(complex_, field_samples(prepared.mesh.tets, prepared.points, fields_));
-    stream_.volume = volume_of(prepared);
+      removed_.hold_samples(complex_, whole != nullptr ? std::move(samples)
+                                                       : field_samples(prepared.mesh.tets, prepared.points, fields_));
+    stream_.volume = scales_.volume;
     squared_scale_ = squared_scales(fields_, stream_.volume);
-    vertex_volume_ = stream_.volume / std::max<double>(1, prepared.used_vertex_count);
+    vertex_volume_ = stream_.volume / std::max<double>(1, scales_.vertex_count);
     if (evaluates_exactly()) slot_squared_.resize(complex_.slot_count() * fields_.field_count());
     frozen_.resize(prepared.used_vertex_count);
     candidates_.emplace(
@@ -158,19 +154,40 @@ public:
     target_count_ = static_cast<std::uint32_t>(std::min<double>(std::ceil(target), alive_count_));
   }
 
-  RecordStream run() {
+  RecordStream run(const Decisions* decided) {
     begin_stream();
+    in_arena([&](oneapi::tbb::task_arena& arena) { build(arena, decided); });
+    finish_report();
+    return std::move(stream_);
+  }
+
+  /// The collapses alone.
+  RecordStream collapse() {
+    begin_stream();
+    in_arena([&](oneapi::tbb::task_arena& arena) { arena.execute([&] { collapse_all(); }); });
+    report_.simulations = candidates_->simulations();
+    return std::move(stream_);
+  }
+
+private:
+  template <class Work>
+  void in_arena(Work&& work) const {
     const int threads = options_.threads == 0 ? oneapi::tbb::info::default_concurrency()
                                               : static_cast<int>(std::min(options_.threads, kMostThreads));
     // More threads than cores are allowed, where they are asked for.
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(threads));
     oneapi::tbb::task_arena arena(threads);
+    work(arena);
+  }
+
+  void build(oneapi::tbb::task_arena& arena, const Decisions* decided) {
     if (checkpoints_.enabled()) identify();
     if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { arena.execute([&] { resume(); }); });
+    if (decided != nullptr) report_.follow_seconds = seconds_of([&] { arena.execute([&] { follow(*decided); }); });
     if (!collapsed_) {
       report_.collapse_seconds = seconds_of([&] { arena.execute([&] { collapse_all(); }); });
-      report_.simulations = candidates_->simulations();
+      report_.simulations += candidates_->simulations();
       collapsed_ = true;
     }
     candidates_.reset(); // its memory is wanted
@@ -183,11 +200,8 @@ public:
       });
     if (checkpoints_.enabled()) save(); // what follows takes little time, and is not kept
     arena.execute([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, stream_, progress_); });
-    finish_report();
-    return std::move(stream_);
   }
 
-private:
   /// What became of the exact evaluation of a candidate.
   struct Verdict {
     CollapseStatus status = CollapseStatus::kAccepted;
@@ -384,6 +398,70 @@ private:
     return {};
   }
 
+  // ---- what was decided in pieces of the mesh ----
+
+  /// Makes the collapses of every piece, as far as they are possible.
+  void follow(const Decisions& decided) {
+    const RecordStream& records = decided.records;
+    const std::size_t fields = fields_.field_count();
+    const auto append = [&](const std::vector<double>& from, std::size_t i, std::vector<double>& to) {
+      if (from.empty()) return;
+      const auto row = from.begin() + static_cast<std::ptrdiff_t>(i * fields);
+      to.insert(to.end(), row, row + static_cast<std::ptrdiff_t>(fields));
+    };
+    record_errors_.clear(); // what the pieces measured is appended instead
+    outside_errors_.clear();
+    std::vector<char> is_over(report_.pieces);
+    std::size_t round = 0;
+    for (std::size_t i = 0; i < records.removed.size(); ++i) {
+      if (i % kReplayBatch == 0 && progress_ && !progress_({"joining the pieces", i, records.removed.size()}))
+        throw Error(ErrorCode::kCancelled, "the build was cancelled");
+      round_ = records.round[i];
+      char& over = is_over[decided.piece[i]];
+      if (over == 0 && collapse_again(records.removed[i].index(), records.target[i].index())) {
+        append(records.field_error, i, stream_.field_error);
+        append(records.outside_error, i, stream_.outside_error);
+        append(records.squared_error, i, stream_.squared_error);
+      } else {
+        over = 1;
+      }
+      if (i + 1 < records.removed.size() && records.round[i + 1] == round_) continue;
+      ++report_.rounds;
+      report_.walk.push_back({vertices_left(), decided.round_cost[round++]});
+    }
+    report_.piece_records = stream_.size();
+    report_.piece_records_dropped = records.removed.size() - stream_.size();
+    for (std::size_t i = 0; i < report_.collapses.size(); ++i)
+      report_.collapses[i] += decided.collapses[i];
+    report_.simulations = decided.simulations;
+    report_.exact_evaluations = decided.exact_evaluations;
+    if (evaluates_exactly()) measure_slots();
+  }
+
+  /// The integrals of the squared error over the versions that are there.
+  void measure_slots() {
+    const std::size_t fields = fields_.field_count();
+    std::vector<SlotId> made;
+    for (Vertex v = 0; v < complex_.vertex_count(); ++v)
+      for (const SlotId s : complex_.star(v)) {
+        const Slot& slot = complex_.slot(s);
+        if (slot.version != s && !complex_.is_ghost(slot) && v == *std::min_element(slot.v.begin(), slot.v.end()))
+          made.push_back(s);
+      }
+    oneapi::tbb::enumerable_thread_specific<ExactFieldError::Workspace> workspaces(
+        [&] { return ExactFieldError::Workspace(*exact_); });
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, made.size(), 64), [&](const auto& range) {
+      std::vector<double> errors(fields);
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        const std::span<double> squared(slot_squared_.data() + made[i] * fields, fields);
+        std::fill(errors.begin(), errors.end(), 0.0);
+        exact_->measure(ids_of(complex_.slot(made[i])), workspaces.local(), errors, squared);
+        for (std::size_t f = 0; f < fields; ++f)
+          if (certified(errors[f]) == 0) squared[f] = 0; // where there is no error the integral is rounding
+      }
+    });
+  }
+
   /// A collapse that was accepted before: nothing is asked that only refuses. False when it cannot be.
   bool collapse_again(Vertex vs, Vertex vd) {
     const std::uint32_t vertices = complex_.vertex_count();
@@ -396,6 +474,7 @@ private:
       if (!surface_.collapse_ok(vs, vd)) return false;
       domain_error = surface_.simulate(vs, vd);
       if (bounds_domain_error()) domain_error = surface_.bound(vs, vd, domain_limit_);
+      if (domain_error > domain_limit_) return false;
     }
     if (options_.evaluation != Evaluation::kNone) trial.simulate();
     commit(vs, vd, trial, domain_error, nullptr, height_of_record(vs));
@@ -682,8 +761,9 @@ private:
   bool stopping_ = false;  ///< somebody said so within a round
   BuildIdentity identity_; ///< where there are checkpoints
   std::vector<char> frozen_;
-  double diagonal_;
   NormalizedFields fields_;
+  MeshScales scales_;
+  double diagonal_;
   std::vector<double> field_limit_;
   double domain_limit_;
   WorkingComplex complex_;
@@ -709,6 +789,8 @@ private:
   RecordStream stream_;
 };
 
+} // namespace
+
 void check_options(const BuildOptions& options) {
   const auto require = [](bool good, const char* what) {
     if (!good) throw Error(ErrorCode::kBadArgument, what);
@@ -724,14 +806,20 @@ void check_options(const BuildOptions& options) {
           "what is simulated is seen at removed vertices at least: an evaluation is needed");
   require(options.checkpoint.every_seconds >= 0, "the seconds between checkpoints must be a number >= 0");
   require(options.max_domain_error.value >= 0, "the limit on domain error must be a number >= 0");
+  require(options.pieces >= 1 && options.pieces <= kMostPieces, "the number of pieces must be in 1 .. 65536");
+  require(options.pieces == 1 || options.checkpoint.path.empty(), "a build over pieces keeps no checkpoints");
 }
 
-} // namespace
-
 RecordStream build_records(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
-                           const ProgressCallback& progress) {
+                           const ProgressCallback& progress, const Decisions* decided) {
   check_options(options);
-  return Builder(prepared, options, report, progress).run();
+  report.pieces = decided != nullptr ? options.pieces : 1;
+  return Builder(prepared, options, report, progress).run(decided);
+}
+
+RecordStream collapse_part(const PreparedMesh& part, const BuildOptions& options, const MeshScales& whole,
+                           FieldSamples samples, BuildReport& report, const ProgressCallback& progress) {
+  return Builder(part, options, report, progress, &whole, std::move(samples)).collapse();
 }
 
 } // namespace ptet::build

@@ -57,6 +57,7 @@ struct BuildIdentity {
   void serialize(Archive& archive, unsigned /*version*/) {
     archive& program& mesh& options;
   }
+  friend bool operator==(const BuildIdentity&, const BuildIdentity&) = default;
 };
 
 /// Of this program and `mesh`.

@@ -57,11 +57,12 @@ double range_of(const PointArray& array, const PreparedMesh& prepared) {
 
 } // namespace
 
-NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vector<std::string>& names) {
+NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vector<std::string>& names,
+                                   const std::vector<double>* ranges) {
   const TetMesh& mesh = prepared.mesh;
   for (const std::uint32_t index : governing_arrays(mesh, names)) {
     const PointArray& array = mesh.point_arrays[index];
-    const double range = range_of(array, prepared);
+    const double range = ranges != nullptr ? ranges->at(fields_.size()) : range_of(array, prepared);
     // A constant field has no errors; any scale will do.
     fields_.push_back({index, range > 0 ? range : 1.0});
     for (std::uint32_t component = 0; component < array.components; ++component)

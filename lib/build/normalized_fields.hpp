@@ -18,7 +18,9 @@ public:
   /// `names` empty: every floating-point array, and if there is none every array.
   /// Throws Error: kBadArgument for an unknown name (the message lists the known ones), kBadInput for a value that is
   /// not finite at a used vertex.
-  NormalizedFields(const PreparedMesh& prepared, const std::vector<std::string>& names);
+  /// `ranges`: those of a whole mesh of which this is a part, by field; null: those of this mesh.
+  NormalizedFields(const PreparedMesh& prepared, const std::vector<std::string>& names,
+                   const std::vector<double>* ranges = nullptr);
 
   [[nodiscard]] std::size_t field_count() const { return fields_.size(); }
   [[nodiscard]] std::size_t channel_count() const { return channel_field_.size(); }

@@ -15,18 +15,24 @@ double volume_of(const Slot& tet, const std::vector<Point>& positions) {
 
 QuadricPredictor::QuadricPredictor(const WorkingComplex& complex, const std::vector<Point>& positions,
                                    const NormalizedFields& fields, double diagonal, std::vector<double> field_weight,
-                                   double domain_weight, QuadricWeight weight)
+                                   double domain_weight, QuadricWeight weight, const MeshScales* whole)
     : positions_(positions), fields_(fields), channels_(fields.channel_count()), inverse_diagonal_(1 / diagonal),
       field_weight_(std::move(field_weight)), domain_weight_(domain_weight), weight_(complex.vertex_count()),
       field_quadrics_(complex.vertex_count() * channels_), plane_index_(complex.vertex_count(), kNone) {
   double volume = 0;
   std::size_t tets = 0;
-  for (SlotId s = 0; s < complex.slot_count(); ++s)
+  for (SlotId s = 0; s < complex.slot_count() && whole == nullptr; ++s)
     if (!complex.is_ghost(complex.slot(s))) {
       volume += volume_of(complex.slot(s), positions);
       ++tets;
     }
-  vertex_share_ = static_cast<double>(complex.vertex_count()) / (4 * std::max<double>(1, static_cast<double>(tets)));
+  std::size_t vertices = complex.vertex_count();
+  if (whole != nullptr) {
+    volume = whole->volume;
+    tets = whole->tet_count;
+    vertices = whole->vertex_count;
+  }
+  vertex_share_ = static_cast<double>(vertices) / (4 * std::max<double>(1, static_cast<double>(tets)));
   const double mean_volume = tets > 0 && volume > 0 ? volume / static_cast<double>(tets) : 1;
   for (SlotId s = 0; s < complex.slot_count(); ++s) {
     const Slot& slot = complex.slot(s);

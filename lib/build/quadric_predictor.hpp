@@ -4,6 +4,7 @@
 #pragma once
 
 #include "build/collapse_geometry.hpp"
+#include "build/mesh_scales.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/predictor.hpp"
 #include "build/quadric.hpp"
@@ -24,10 +25,10 @@ enum class QuadricWeight {
 class QuadricPredictor final : public Predictor {
 public:
   /// `field_weight`: one for each governing field, of errors as fractions of its range; `domain_weight`: of errors as
-  /// fractions of the diagonal.
+  /// fractions of the diagonal. `whole`: the mesh that the complex is a part of; null: it is all of it.
   QuadricPredictor(const WorkingComplex& complex, const std::vector<Point>& positions, const NormalizedFields& fields,
                    double diagonal, std::vector<double> field_weight, double domain_weight,
-                   QuadricWeight weight = QuadricWeight::kRootOfVolume);
+                   QuadricWeight weight = QuadricWeight::kRootOfVolume, const MeshScales* whole = nullptr);
 
   /// Cost of vs -> vd: the growing square max(w_d e_d, w_f e_f), plus a trifle for the length of the edge, so that
   /// where nothing is lost short edges go first.

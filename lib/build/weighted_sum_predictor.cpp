@@ -11,7 +11,8 @@ using namespace vec;
 namespace {
 
 /// The mean volume of the tets to the power 2/3; 1 if they have none.
-double mean_face_area(const WorkingComplex& complex, const std::vector<Point>& positions) {
+double mean_face_area(const WorkingComplex& complex, const std::vector<Point>& positions, const MeshScales* whole) {
+  if (whole != nullptr) return whole->volume > 0 ? std::pow(whole->volume / whole->tet_count, 2.0 / 3) : 1;
   double volume = 0;
   std::size_t tets = 0;
   for (SlotId s = 0; s < complex.slot_count(); ++s)
@@ -27,10 +28,10 @@ double mean_face_area(const WorkingComplex& complex, const std::vector<Point>& p
 WeightedSumPredictor::WeightedSumPredictor(const WorkingComplex& complex, const std::vector<Point>& positions,
                                            const NormalizedFields& fields, double diagonal,
                                            std::vector<double> field_weight, double domain_weight,
-                                           const Weights& weights)
+                                           const Weights& weights, const MeshScales* whole)
     : complex_(complex), positions_(positions), fields_(fields), inverse_diagonal_(1 / diagonal),
       field_weight_(std::move(field_weight)), domain_weight_(domain_weight), weights_(weights),
-      face_area_(mean_face_area(complex, positions)) {
+      face_area_(mean_face_area(complex, positions, whole)) {
   if (weights.field_term == FieldTerm::kGradientDifference)
     gradients_ = vertex_gradients(complex, positions, fields, diagonal);
 }

@@ -12,6 +12,7 @@
 // the units, chosen so that neither scaling the mesh nor the fields matters, are not.
 #pragma once
 
+#include "build/mesh_scales.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/predictor.hpp"
 #include "mesh/vec3.hpp"
@@ -37,10 +38,10 @@ public:
 
   /// `field_weight`: one for each governing field, of errors as fractions of its range, the largest of them counts;
   /// `domain_weight`: of E_vol, on top of its own. Keeps references to the first three. The complex must still be the
-  /// original one.
+  /// original one. `whole`: the mesh that it is a part of; null: it is all of it.
   WeightedSumPredictor(const WorkingComplex& complex, const std::vector<Point>& positions,
                        const NormalizedFields& fields, double diagonal, std::vector<double> field_weight,
-                       double domain_weight, const Weights& weights);
+                       double domain_weight, const Weights& weights, const MeshScales* whole = nullptr);
 
   void costs(Vertex vs, std::span<const Vertex> targets, std::span<float> costs) const override;
   /// Does nothing: there is nothing to remember.

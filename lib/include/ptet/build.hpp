@@ -99,6 +99,11 @@ struct BuildOptions {
   std::uint32_t max_star = 64;
   /// The best part of the candidates that a round may take; in (0, 1].
   double round_fraction = 0.3;
+  /// In 1 .. 65536; more than 1: the mesh is cut in so many pieces of equally many vertices, each is collapsed by
+  /// itself, one after the other, with its seams frozen, then seams and all that is left together. What collapsing
+  /// takes besides the mesh, in the first pass, is memory for one piece; the second pass holds all of the mesh. The
+  /// output depends on the number, not on where the pieces were collapsed (ptet/pieces_build.hpp). No checkpoints are kept.
+  std::uint32_t pieces = 1;
   /// Worker threads; 0: as many as the machine has. The output does not depend on it.
   unsigned threads = 0;
   CheckpointOptions checkpoint;
@@ -143,6 +148,12 @@ struct BuildReport {
   std::uint32_t checkpoints = 0;      ///< written in this run
   std::uint64_t checkpoint_bytes = 0; ///< of the last one
   double checkpoint_seconds = 0;      ///< wall time that writing them took
+  std::uint32_t pieces = 1;           ///< that the mesh was cut in
+  std::uint64_t piece_records = 0;    ///< collapses decided in pieces
+  /// Decided in a piece, but not possible in the whole mesh, or after one that was not: left to the second pass.
+  std::uint64_t piece_records_dropped = 0;
+  double piece_seconds = 0;  ///< wall time of collapsing the pieces, where that was done by this call
+  double follow_seconds = 0; ///< wall time of making their collapses in the whole mesh
 };
 
 /// Simplifies `mesh` and writes all its levels to `path`, through a temporary file beside it that is synced and then

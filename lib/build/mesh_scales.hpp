@@ -1,0 +1,23 @@
+// What costs and errors are measured by: numbers of the whole mesh. The builder of a part of it is handed them, so that
+// what it decides, and at what cost, is what a builder of the whole would see there.
+#pragma once
+
+#include "build/normalized_fields.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace ptet::build {
+
+struct MeshScales {
+  double diagonal = 1; ///< of the box of the used vertices; 1 when they are all in one place
+  double volume = 0;
+  std::uint32_t vertex_count = 0; ///< used
+  std::uint32_t tet_count = 0;
+  std::vector<double> field_range; ///< by governing field
+};
+
+/// Of all of `prepared`.
+[[nodiscard]] MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& fields);
+
+} // namespace ptet::build

@@ -1,0 +1,179 @@
+#include "build/piece_decisions.hpp"
+
+#include "build/builder.hpp"
+#include "build/checkpoint.hpp"
+#include "build/describe_options.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ptet::build {
+namespace {
+
+/// A piece is collapsed until this part of the vertices that may move in it is left: what is then left of all is soon
+/// collapsed with the seams, and is not yet so coarse that the seams stand out.
+constexpr double kLeftInPiece = 0.125;
+
+double target_part(const PreparedMesh& prepared, const BuildOptions& options) {
+  return options.target_vertices < 1 ? options.target_vertices
+                                     : options.target_vertices / static_cast<double>(prepared.used_vertex_count);
+}
+
+} // namespace
+
+/// As it is handed over.
+struct PieceDecisions::OfPiece {
+  BuildIdentity identity;
+  std::uint32_t piece = 0;
+  RecordStream records;
+  std::vector<RoundReport> walk;
+  std::array<std::uint64_t, kCollapseStatusCount> collapses{};
+  std::uint64_t simulations = 0;
+  std::uint64_t exact_evaluations = 0;
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned /*version*/) {
+    archive& identity& piece& records.removed& records.target& records.round& records.field_error& records
+        .outside_error& records.squared_error& walk& collapses& simulations& exact_evaluations;
+  }
+};
+
+PieceDecisions::PieceDecisions(const PreparedMesh& prepared, const BuildOptions& options)
+    : prepared_(prepared), options_(options), pieces_(prepared, (check_options(options), options.pieces)) {
+  const NormalizedFields fields(prepared, options.fields);
+  for (const GoverningField& field : fields.fields())
+    arrays_.push_back(field.array);
+  scales_ = scales_of(prepared, fields);
+  identity_ = identity_of(prepared.mesh, describe_options(options, prepared, fields.fields()));
+  if (options.evaluation == Evaluation::kSamples) samples_ = field_samples(prepared.mesh.tets, prepared.points, fields);
+}
+
+/// Those of the whole mesh that lie in tets of the piece.
+FieldSamples PieceDecisions::samples_in(const MeshPiece& piece) const {
+  FieldSamples inside;
+  const std::size_t channels = samples_.points.empty() ? 0 : samples_.values.size() / samples_.points.size();
+  auto sample = samples_.samples.begin();
+  for (std::uint32_t t = 0; t < piece.tet.size(); ++t) {
+    sample = std::lower_bound(sample, samples_.samples.end(), piece.tet[t],
+                              [](const Sample& s, std::uint32_t tet) { return s.tet < tet; });
+    for (; sample != samples_.samples.end() && sample->tet == piece.tet[t]; ++sample) {
+      const auto i = static_cast<std::size_t>(sample - samples_.samples.begin());
+      inside.samples.push_back({t, sample->weight});
+      inside.points.push_back(samples_.points[i]);
+      const auto values = samples_.values.begin() + static_cast<std::ptrdiff_t>(i * channels);
+      inside.values.insert(inside.values.end(), values, values + static_cast<std::ptrdiff_t>(channels));
+    }
+  }
+  return inside;
+}
+
+std::vector<std::byte> PieceDecisions::decide(std::uint32_t index, const ProgressCallback& progress) const {
+  OfPiece decided;
+  decided.identity = identity_;
+  decided.piece = index;
+  const MeshPiece piece = pieces_.piece(index, arrays_);
+  const double left = std::max(kLeftInPiece, target_part(prepared_, options_));
+  const auto goal = static_cast<std::uint32_t>(std::floor(std::max(0.0, 1 - left) * piece.movable_count));
+  if (goal > 0) {
+    BuildOptions options = options_;
+    options.fields.clear();
+    for (const PointArray& array : piece.prepared.mesh.point_arrays)
+      options.fields.push_back(array.name);
+    options.target_vertices = piece.prepared.used_vertex_count - goal;
+    BuildReport report;
+    decided.records = collapse_part(piece.prepared, options, scales_, samples_in(piece), report, progress);
+    for (std::vector<VertexId>* const ids : {&decided.records.removed, &decided.records.target})
+      for (VertexId& v : *ids)
+        v = piece.prepared.original_vertex[v.index()];
+    decided.walk = std::move(report.walk);
+    decided.collapses = report.collapses;
+    decided.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] = 0; // counted in the whole mesh
+    decided.simulations = report.simulations;
+    decided.exact_evaluations = report.exact_evaluations;
+  }
+  file::ByteWriter bytes;
+  file::OutputArchive archive(bytes);
+  archive& decided;
+  return bytes.take();
+}
+
+PieceDecisions::OfPiece PieceDecisions::read(std::uint32_t piece, std::span<const std::byte> bytes) const {
+  const std::string place = "decisions of piece " + std::to_string(piece);
+  file::ByteReader in(bytes, place, 0);
+  file::InputArchive archive(in);
+  OfPiece decided;
+  archive& decided;
+  in.finish();
+  if (!(decided.identity == identity_) || decided.piece != piece)
+    throw Error(ErrorCode::kBadArgument,
+                "the " + place +
+                    " are not of this build: mesh, options, program and number of pieces must be the same");
+  const RecordStream& records = decided.records;
+  const std::size_t count = records.removed.size();
+  const auto fits = [&](const std::vector<double>& errors, bool are_known) {
+    return errors.size() == (are_known ? count * arrays_.size() : 0);
+  };
+  std::size_t rounds = 0;
+  for (std::size_t i = 0; i < records.round.size(); ++i)
+    rounds += i == 0 || records.round[i] != records.round[i - 1] ? 1 : 0;
+  if (records.target.size() != count || records.round.size() != count || !fits(records.field_error, true) ||
+      !fits(records.outside_error, options_.evaluation == Evaluation::kExact) ||
+      !fits(records.squared_error, options_.prediction == Prediction::kExact) || decided.walk.size() != rounds ||
+      !std::is_sorted(records.round.begin(), records.round.end()))
+    throw Error(ErrorCode::kCorruptFile, "the " + place + " are damaged: their tables do not fit together");
+  return decided;
+}
+
+Decisions PieceDecisions::merge(std::span<const std::vector<std::byte>> decided) const {
+  if (decided.size() != piece_count())
+    throw Error(ErrorCode::kBadArgument, "there are decisions of " + std::to_string(decided.size()) +
+                                             " pieces; the mesh is cut in " + std::to_string(piece_count()));
+  Decisions all;
+  struct Source {
+    OfPiece of;
+    std::size_t next = 0, next_round = 0;
+  };
+  std::vector<Source> sources;
+  for (std::uint32_t p = 0; p < piece_count(); ++p) {
+    const OfPiece& of = sources.emplace_back(Source{read(p, decided[p])}).of;
+    for (std::size_t i = 0; i < all.collapses.size(); ++i)
+      all.collapses[i] += of.collapses[i];
+    all.simulations += of.simulations;
+    all.exact_evaluations += of.exact_evaluations;
+  }
+  const std::size_t fields = arrays_.size();
+  const auto append = [&](const std::vector<double>& from, std::size_t i, std::vector<double>& to) {
+    if (from.empty()) return;
+    const auto row = from.begin() + static_cast<std::ptrdiff_t>(i * fields);
+    to.insert(to.end(), row, row + static_cast<std::ptrdiff_t>(fields));
+  };
+  for (;;) {
+    constexpr std::uint32_t kNoRound = std::numeric_limits<std::uint32_t>::max();
+    std::uint32_t round = kNoRound;
+    for (const Source& source : sources)
+      if (source.next < source.of.records.removed.size()) round = std::min(round, source.of.records.round[source.next]);
+    if (round == kNoRound) break;
+    double& cost = all.round_cost.emplace_back(0);
+    for (std::uint32_t p = 0; p < sources.size(); ++p) {
+      Source& source = sources[p];
+      const RecordStream& from = source.of.records;
+      if (source.next == from.removed.size() || from.round[source.next] != round) continue;
+      cost = std::max(cost, source.of.walk[source.next_round++].cost);
+      for (; source.next < from.removed.size() && from.round[source.next] == round; ++source.next) {
+        const std::size_t i = source.next;
+        all.piece.push_back(p);
+        all.records.removed.push_back(from.removed[i]);
+        all.records.target.push_back(from.target[i]);
+        all.records.round.push_back(round);
+        append(from.field_error, i, all.records.field_error);
+        append(from.outside_error, i, all.records.outside_error);
+        append(from.squared_error, i, all.records.squared_error);
+      }
+    }
+  }
+  return all;
+}
+
+} // namespace ptet::build
