@@ -6,6 +6,7 @@
 #   tools/install-dependencies.sh --tests    also what tools/test.sh and .ci/run need
 #   tools/install-dependencies.sh --python   also what the Python module and its examples need
 #   tools/install-dependencies.sh --bench    also what tools/bench needs
+#   tools/install-dependencies.sh --mpi      also what the CMake option PTET_BUILD_MPI needs
 #   tools/install-dependencies.sh --paraview instead: what tools/paraview needs (ParaView's Python excludes VTK's)
 #   tools/install-dependencies.sh --web      also what tools/web needs, to build the page and to test it
 #   tools/install-dependencies.sh --fuzz     also what tests/fuzz/run.sh needs
@@ -33,6 +34,7 @@ python_packages=(pybind11-dev python3-dev python3-pip python3-venv python3-matpl
 test_packages+=("${python_packages[@]}" mypy) # mypy: the module's types
 paraview_packages=(g++ cmake ninja-build pkg-config libboost-dev libzstd-dev libxxhash-dev paraview-dev
   python3-paraview libopenmpi-dev mpi-default-bin libgl1-mesa-dri xvfb xauth)
+mpi_packages=(libopenmpi-dev openmpi-bin)
 bench_packages=(libbenchmark-dev python3-matplotlib)
 web_packages=(
   emscripten nodejs # the library in WebAssembly
@@ -48,6 +50,7 @@ for argument in "$@"; do
     --tests) packages+=("${test_packages[@]}") ;;
     --python) packages+=("${python_packages[@]}") ;;
     --bench) packages+=("${bench_packages[@]}") ;;
+    --mpi) packages+=("${mpi_packages[@]}") ;;
     --paraview) packages=("${paraview_packages[@]}") ;;
     --web) packages+=("${web_packages[@]}") ;;
     --fuzz) packages+=("${fuzz_packages[@]}") ;;

@@ -112,6 +112,10 @@ std::uint32_t PiecesBuild::piece_count() const {
   return impl_->options.pieces;
 }
 
+void PiecesBuild::set_threads(unsigned threads) {
+  impl_->options.threads = threads;
+}
+
 std::vector<std::byte> PiecesBuild::decide(std::uint32_t piece, const ProgressCallback& progress) const {
   if (!impl_->decisions || piece >= piece_count())
     throw Error(ErrorCode::kBadArgument, "there is no piece " + std::to_string(piece) + " to be collapsed");

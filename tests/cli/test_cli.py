@@ -27,7 +27,7 @@ METHODS = {  # predict, evaluate
 }
 COMMANDS = {
     "build": ["--output", "--field", "--max-field-error", "--max-domain-error", "--target-vertices", "--min-quality",
-              "--method", "--objective", "--predict", "--evaluate", "--max-star", "--threads", "--checkpoint",
+              "--method", "--objective", "--predict", "--evaluate", "--max-star", "--pieces", "--threads", "--checkpoint",
               "--checkpoint-every", "--resume", "--force", "--json", "--quiet"],
     "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--bytes", "--milliseconds",
                 "--focus", "--focus-error", "--focus-falloff", "--isovalue", "--values", "--view", "--pixels",
@@ -114,7 +114,7 @@ class Usage(Case):
             "build": {"--max-field-error": [*bound, "=1", "smooth=", "smooth=-1", "smooth=1,", "1,2", "a=1,a=2"],
                       "--max-domain-error": bound, "--target-vertices": ["", "-1", "1.5", "101%", "nan", "-1%"],
                       "--min-quality": ["", "-1", "nan", "2"], "--max-star": ["", "3", "-1", "x"],
-                      "--threads": ["", "-1", "1.5", "99999999999"]},
+                      "--threads": ["", "-1", "1.5", "99999999999"], "--pieces": ["", "0", "-1", "x", "65537"]},
             "extract": {"--field-error": [*bound, "=1", "smooth=nan", "1%,2%"], "--domain-error": bound,
                         "--tets": ["", "-1", "1.5", "101%"], "--vertices": ["", "-1", "inf"],
                         "--focus": ["", "box", "box:1,2,3", "box:1,0,0,0,1,1", "box:0,0,0,1,1,nan",

@@ -7,6 +7,8 @@
 #include "files.hpp"
 #include "formats/vtk/read.hpp"
 #include "ptet/dataset.hpp"
+#include "ptet/pieces_build.hpp"
+#include "ranks.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -31,6 +33,7 @@ struct Arguments {
   std::optional<std::string> evaluate;
   std::optional<std::string> objective;
   std::optional<std::string> max_star;
+  std::optional<std::string> pieces;
   std::optional<std::string> threads;
   std::optional<std::string> checkpoint;
   std::optional<std::string> checkpoint_every;
@@ -130,6 +133,12 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.max_star) {
     wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 8, 4096));
   }
+  if (arguments.pieces) {
+    wishes.options.pieces = static_cast<std::uint32_t>(parse_whole("--pieces", *arguments.pieces, 1, 65536));
+    if (wishes.options.pieces > 1 && arguments.checkpoint)
+      throw Error(ErrorCode::kBadArgument,
+                  "--checkpoint: a build over pieces keeps no checkpoints; leave out --pieces");
+  }
   if (arguments.threads) {
     wishes.options.threads = static_cast<unsigned>(parse_whole("--threads", *arguments.threads, 0, 1024));
   }
@@ -211,7 +220,8 @@ struct Outcome {
 /// Of those that this run searched for.
 double collapses_per_second(const BuildReport& report) {
   const auto found = static_cast<double>(report.records - report.resumed_records);
-  return report.collapse_seconds > 0 ? found / report.collapse_seconds : 0;
+  const double seconds = report.piece_seconds + report.follow_seconds + report.collapse_seconds;
+  return seconds > 0 ? found / seconds : 0;
 }
 
 bool simulates(const BuildOptions& options) {
@@ -287,6 +297,11 @@ void print_json(const Outcome& outcome) {
   json["certify_seconds"] = build.certify_seconds;
   json["collapses_per_second"] = collapses_per_second(build);
   json["seconds"] = build.total_seconds;
+  json["pieces"] = {{"count", build.pieces},
+                    {"records", build.piece_records},
+                    {"dropped", build.piece_records_dropped},
+                    {"seconds", build.piece_seconds},
+                    {"follow_seconds", build.follow_seconds}};
   json["resumed_records"] = build.resumed_records;
   json["resume_seconds"] = build.resume_seconds;
   json["checkpoints"] = {
@@ -339,16 +354,41 @@ void print_text(const Outcome& outcome) {
   if (build.checkpoints > 0)
     out << "  saved     " << counted(build.checkpoints, "checkpoint") << " of up to "
         << counted(build.checkpoint_bytes, "byte") << " in " << brief(build.checkpoint_seconds, 3) << " s\n";
+  if (build.pieces > 1) {
+    out << "  pieces    " << grouped(build.pieces) << ", " << counted(build.piece_records, "collapse") << " in "
+        << brief(build.piece_seconds, 3) << " s, made again in the whole in " << brief(build.follow_seconds, 3) << " s";
+    if (build.piece_records_dropped > 0) out << "; " << grouped(build.piece_records_dropped) << " more not possible";
+    out << '\n';
+  }
   out << "  speed     " << counted(build.records - build.resumed_records, "collapse") << " in "
-      << brief(build.collapse_seconds, 3) << " s, " << grouped(static_cast<std::uint64_t>(collapses_per_second(build)))
-      << "/s\n";
+      << brief(build.piece_seconds + build.follow_seconds + build.collapse_seconds, 3) << " s, "
+      << grouped(static_cast<std::uint64_t>(collapses_per_second(build))) << "/s\n";
   if (build.certify_seconds > 0)
     out << "  certified exact field errors in " << brief(build.certify_seconds, 3) << " s\n";
 }
 
+/// Both passes, the first by all processes. Nothing where this is not the first of them.
+std::optional<BuildReport> build_together(Ranks& ranks, TetMesh mesh, const Outcome& outcome,
+                                          const BuildOptions& options, const std::string& name, const std::string& hash,
+                                          const ProgressCallback& progress) {
+  PiecesBuild pieces(std::move(mesh), options, progress);
+  const auto begin = Clock::now();
+  std::vector<Decided> decided = ranks.decide(pieces, progress);
+  if (!ranks.is_first()) return std::nullopt;
+  const double seconds = seconds_since(begin);
+  pieces.set_threads(ranks.threads_afterwards(options.threads));
+  BuildReport report = pieces.write(outcome.output, std::move(decided), name, hash, progress);
+  report.piece_seconds = seconds;
+  return report;
+}
+
 void run(const Arguments& arguments) {
   const auto begin = Clock::now();
+  Ranks ranks;
   const Wishes wishes = parse(arguments);
+  if (ranks.count() > 1 && wishes.options.pieces < 2)
+    throw Error(ErrorCode::kBadArgument, "mpirun started " + std::to_string(ranks.count()) +
+                                             " processes, which can only share pieces of a mesh: give --pieces N");
   if (is_ptet_file(arguments.input)) {
     throw Error(ErrorCode::kBadInput,
                 "'" + arguments.input + "' is a .ptet file already; 'ptet extract' gets meshes out of it");
@@ -360,18 +400,25 @@ void run(const Arguments& arguments) {
   const std::string checkpoint = checkpoint_of(arguments, outcome.output);
 
   ProgressLine progress(arguments.quiet);
+  const ProgressCallback callback = ranks.watching(progress.callback());
   progress.stage("reading");
-  TetMesh mesh = read_mesh(arguments.input, &outcome.read, progress.callback());
+  TetMesh mesh = read_mesh(arguments.input, &outcome.read, callback);
   BuildOptions options = wishes.options;
   options.checkpoint.path = checkpoint;
   options.max_field_error = resolve_field_bounds("--max-field-error", wishes.max_field_error, names_of(mesh),
                                                  governing_names(mesh, options.fields));
   if (wishes.target) options.target_vertices = static_cast<double>(wishes.target->of(mesh.vertex_count()));
-  const std::string hash = hash_file(arguments.input, progress.callback());
+  const std::string hash = ranks.is_first() ? hash_file(arguments.input, callback) : std::string();
   stop_if_interrupted();
+  const std::string name = std::filesystem::path(arguments.input).filename().string();
   try {
-    outcome.build = build_file(std::move(mesh), outcome.output, options,
-                               std::filesystem::path(arguments.input).filename().string(), hash, progress.callback());
+    if (options.pieces > 1) {
+      auto report = build_together(ranks, std::move(mesh), outcome, options, name, hash, callback);
+      if (!report) return;
+      outcome.build = std::move(*report);
+    } else {
+      outcome.build = build_file(std::move(mesh), outcome.output, options, name, hash, callback);
+    }
   } catch (const Error& error) {
     std::error_code status;
     if (error.code() != ErrorCode::kCancelled || !std::filesystem::exists(options.checkpoint.path, status)) throw;
@@ -396,6 +443,8 @@ constexpr const char* kExamples = R"(Examples:
   ptet build wing.vtu --max-field-error pressure=1%,velocity=5% --json > report.json
   ptet build wing.vtu --checkpoint wing.ckpt --checkpoint-every 10m
   ptet build wing.vtu --checkpoint wing.ckpt --checkpoint-every 10m --resume
+  ptet build wing.vtu --pieces 16
+  mpirun -n 4 ptet build wing.vtu --pieces 16
 
 OUT is written beside its final name and renamed when it is whole: after a failure or Ctrl-C there is what was there
 before. X% of a field error is of the field's range, X% of a domain error of the bounding-box diagonal; a plain X is in
@@ -460,6 +509,13 @@ void add_build(CLI::App& program) {
           "(as predicted); alone: with --predict quadric")
       ->option_text("HOW");
   command->add_option("--max-star", arguments->max_star, "most tets around a vertex after a collapse (64)")
+      ->option_text("N");
+  command
+      ->add_option("--pieces", arguments->pieces,
+                   "cut the mesh in N pieces, collapse one after the other,\n"
+                   "then the seams and what is left together (1). The file\n"
+                   "depends on N, not on how the pieces were collapsed:\n"
+                   "one after the other, or by the processes of mpirun")
       ->option_text("N");
   command
       ->add_option("--threads", arguments->threads,

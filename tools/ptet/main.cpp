@@ -2,6 +2,7 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "console.hpp"
+#include "ranks.hpp"
 
 #include <cerrno>
 #include <csignal>
@@ -129,5 +130,5 @@ int main(int argc, char** argv) {
   std::ios::sync_with_stdio(false);
   CLI::App program("", "ptet");
   add_commands(program);
-  return guarded([&] { return run(program, argc, argv); });
+  return as_a_rank([&] { return guarded([&] { return run(program, argc, argv); }); });
 }

@@ -31,6 +31,8 @@ public:
   /// Memory for the piece is gone when it returns. Thread rule: const; uses options.threads threads.
   /// Throws Error: kBadArgument (no such piece), kCancelled, and as build_file does.
   [[nodiscard]] std::vector<std::byte> decide(std::uint32_t piece, const ProgressCallback& progress = {}) const;
+  /// Worker threads from now on; as options.threads.
+  void set_threads(unsigned threads);
   /// Makes the collapses of all pieces, goes on with what is left, and writes the file as build_file does. `decided`:
   /// by piece, what decide() returned there. To be called once: the mesh goes with it.
   /// Throws Error as build_file does; besides kBadArgument when something of `decided` is of another build, and
