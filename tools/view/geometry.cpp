@@ -1,7 +1,6 @@
 #include "geometry.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -18,19 +17,12 @@ Face outward_face(const std::array<std::uint32_t, 4>& tet, std::size_t corner) {
   return {tet[a], tet[b], tet[c]};
 }
 
-Face sorted(Face face) {
-  if (face[0] > face[1]) std::swap(face[0], face[1]);
-  if (face[1] > face[2]) std::swap(face[1], face[2]);
-  if (face[0] > face[1]) std::swap(face[0], face[1]);
-  return face;
-}
-
-std::size_t hash_of(const Face& face) {
-  std::uint64_t hash = face[0];
-  for (const std::uint32_t v : {face[1], face[2]})
-    hash = (hash ^ (hash >> 29)) * 0x9E3779B97F4A7C15U + v;
-  hash = (hash ^ (hash >> 32)) * 0x9E3779B97F4A7C15U;
-  return hash ^ (hash >> 31);
+/// The same for the face with these corners.
+Face outward_face(const std::array<std::uint32_t, 4>& tet, const Face& key) {
+  std::size_t left_out = 0;
+  while (std::find(key.begin(), key.end(), tet[left_out]) != key.end())
+    ++left_out;
+  return outward_face(tet, left_out);
 }
 
 Point between(const Point& a, const Point& b, double t) {
@@ -47,32 +39,6 @@ void Polygons::clear() {
   corners.clear();
 }
 
-// At most half full.
-void Geometry::begin_faces(std::size_t count) {
-  const std::size_t size = std::bit_ceil(2 * count + 1);
-  if (table_.size() < size) {
-    table_.assign(size, {});
-  } else {
-    for (const std::uint32_t row : filled_)
-      table_[row].tet = kUnusedRow;
-  }
-  filled_.clear();
-}
-
-Geometry::FaceEntry& Geometry::entry_of(const Face& face, bool& is_new) {
-  const Face key = sorted(face);
-  const std::size_t mask = table_.size() - 1;
-  std::size_t row = hash_of(key) & mask;
-  while (table_[row].tet != kUnusedRow && table_[row].key != key)
-    row = (row + 1) & mask;
-  is_new = table_[row].tet == kUnusedRow;
-  if (is_new) {
-    table_[row] = {key, 0, 0, kUnusedRow};
-    filled_.push_back(static_cast<std::uint32_t>(row));
-  }
-  return table_[row];
-}
-
 void Geometry::emit(const MeshRows& mesh, const Face& face, std::uint32_t tet, Polygons& out) {
   for (const std::uint32_t v : face) {
     if (row_[v] == kUnusedRow) {
@@ -86,29 +52,26 @@ void Geometry::emit(const MeshRows& mesh, const Face& face, std::uint32_t tet, P
   if (!mesh.tet_values.empty()) out.cell_values.push_back(mesh.tet_values[tet]);
 }
 
-// Looks for the tets behind the faces among those with three corners on them.
-void Geometry::emit_boundary_by_tet(const MeshRows& mesh, std::span<const char> is_kept, std::span<const Face> wanted,
-                                    Polygons& out) {
-  begin_faces(wanted.size());
+// Looks for the kept tets behind the faces among those with three corners on them.
+template <class IsKept>
+void Geometry::emit_by_tet(const MeshRows& mesh, std::span<const Face> wanted, IsKept&& is_kept, Polygons& out) {
+  wanted_.clear();
   on_wanted_.assign(mesh.positions.size(), 0);
-  bool is_new = false;
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    entry_of(wanted[i], is_new);
-    for (const std::uint32_t v : wanted[i])
+  for (const Face& face : wanted) {
+    wanted_.push_back(FaceTable::sorted(face));
+    for (const std::uint32_t v : face)
       on_wanted_[v] = 1;
   }
-  const std::size_t mask = table_.size() - 1;
+  std::sort(wanted_.begin(), wanted_.end());
   for (std::uint32_t t = 0; t < mesh.tets.size(); ++t) {
     const auto& tet = mesh.tets[t];
-    if (tet[0] == kUnusedRow || (!is_kept.empty() && is_kept[t] == 0)) continue;
-    if (on_wanted_[tet[0]] + on_wanted_[tet[1]] + on_wanted_[tet[2]] + on_wanted_[tet[3]] < 3) continue;
+    if (tet[0] == kUnusedRow) continue;
+    if (on_wanted_[tet[0]] + on_wanted_[tet[1]] + on_wanted_[tet[2]] + on_wanted_[tet[3]] < 3 || !is_kept(tet))
+      continue;
     for (std::size_t corner = 0; corner < 4; ++corner) {
       const Face face = outward_face(tet, corner);
-      const Face key = sorted(face);
-      std::size_t row = hash_of(key) & mask;
-      while (table_[row].tet != kUnusedRow && table_[row].key != key)
-        row = (row + 1) & mask;
-      if (table_[row].tet != kUnusedRow) emit(mesh, face, t, out);
+      if (on_wanted_[face[0]] + on_wanted_[face[1]] + on_wanted_[face[2]] != 3) continue;
+      if (std::binary_search(wanted_.begin(), wanted_.end(), FaceTable::sorted(face))) emit(mesh, face, t, out);
     }
   }
 }
@@ -116,15 +79,8 @@ void Geometry::emit_boundary_by_tet(const MeshRows& mesh, std::span<const char> 
 void Geometry::boundary(const MeshRows& mesh, Polygons& out) {
   out.clear();
   row_.assign(mesh.positions.size(), kUnusedRow);
-  unowned_.clear();
-  for (const Face& face : mesh.faces) {
-    if (face[0] == kUnusedRow) continue;
-    if (mesh.tet_values.empty())
-      emit(mesh, face, 0, out);
-    else
-      unowned_.push_back(face);
-  }
-  if (!unowned_.empty()) emit_boundary_by_tet(mesh, {}, unowned_, out);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    if (mesh.faces[f][0] != kUnusedRow) emit(mesh, mesh.faces[f], mesh.behind.empty() ? 0 : mesh.behind[f], out);
 }
 
 template <class IsThere>
@@ -139,37 +95,39 @@ void Geometry::find_sides(const MeshRows& mesh, const Changes* changes, IsThere&
   }
 }
 
-// Where a vertex changes sides, or is another one, its tets are others.
-void Geometry::find_mixed(const MeshRows& mesh, const Changes* changes) {
-  const auto is_mixed = [&](const std::array<std::uint32_t, 4>& tet) {
+// Where a vertex changes sides, or is another one, its tets are others. A tet that changed and stays in the set leaves
+// it and comes back, once all have left: at no time do more than two share a face.
+template <class Enters, class Leaves>
+void Geometry::find_mixed(const MeshRows& mesh, const Changes* changes, Enters&& enters, Leaves&& leaves) {
+  const auto is_mixed = [&](const Corners& tet) {
     if (tet[0] == kUnusedRow) return false;
     const int there = side_[tet[0]] + side_[tet[1]] + side_[tet[2]] + side_[tet[3]];
     return there != 0 && there != 4;
+  };
+  const auto enter = [&](std::uint32_t t) {
+    mixed_place_[t] = static_cast<std::uint32_t>(mixed_.size());
+    mixed_.push_back({t, mesh.tets[t]});
+    enters(t, mesh.tets[t]);
   };
   if (changes == nullptr) {
     mixed_.clear();
     mixed_place_.assign(mesh.tets.size(), kUnusedRow);
     for (std::uint32_t t = 0; t < mesh.tets.size(); ++t)
-      if (is_mixed(mesh.tets[t])) set_mixed(t, true);
-  } else {
-    mixed_place_.resize(mesh.tets.size(), kUnusedRow);
-    for (const std::uint32_t t : changes->tets)
-      set_mixed(t, is_mixed(mesh.tets[t]));
+      if (is_mixed(mesh.tets[t])) enter(t);
+    return;
   }
-}
-
-void Geometry::set_mixed(std::uint32_t tet, bool mixed) {
-  std::uint32_t& place = mixed_place_[tet];
-  if (mixed == (place != kUnusedRow)) return;
-  if (mixed) {
-    place = static_cast<std::uint32_t>(mixed_.size());
-    mixed_.push_back(tet);
-  } else {
-    mixed_[place] = mixed_.back();
-    mixed_place_[mixed_.back()] = place;
-    mixed_.pop_back();
-    place = kUnusedRow;
+  mixed_place_.resize(mesh.tets.size(), kUnusedRow);
+  for (const std::uint32_t t : changes->tets) {
+    if (const std::uint32_t place = mixed_place_[t]; place != kUnusedRow) {
+      leaves(t, mixed_[place].corners);
+      mixed_place_[mixed_.back().tet] = place;
+      mixed_[place] = mixed_.back();
+      mixed_.pop_back();
+      mixed_place_[t] = kUnusedRow;
+    }
   }
+  for (const std::uint32_t t : changes->tets)
+    if (is_mixed(mesh.tets[t])) enter(t);
 }
 
 // A face between a kept and a dropped tet belongs to a tet that the plane cuts, a mixed one: were both on one side,
@@ -184,80 +142,69 @@ void Geometry::cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out,
     distance_[v] = plane.distance(mesh.positions[v]);
     return distance_[v] <= 0;
   });
-  find_mixed(mesh, changes);
-  const auto is_kept = [&](const std::array<std::uint32_t, 4>& tet) {
+  const auto is_behind = [&](const Corners& tet) {
     return distance_[tet[0]] + distance_[tet[1]] + distance_[tet[2]] + distance_[tet[3]] <= 0;
   };
+  if (changes == nullptr) cut_faces_.clear();
+  cut_faces_.make_room(mesh.positions.size());
+  is_kept_.resize(mesh.tets.size());
+  find_mixed(
+      mesh, changes,
+      [&](std::uint32_t t, const Corners& tet) {
+        cut_faces_.add(t, tet);
+        is_kept_[t] = is_behind(tet) ? 1 : 0;
+      },
+      [&](std::uint32_t t, const Corners& tet) { cut_faces_.remove(t, tet); });
   const bool by_tet = !mesh.tet_values.empty();
   on_mixed_.assign(mesh.positions.size(), 0);
-  for (const std::uint32_t t : mixed_)
-    for (const std::uint32_t v : mesh.tets[t])
+  for (const Mixed& mixed : mixed_)
+    for (const std::uint32_t v : mixed.corners)
       on_mixed_[v] = 1;
-  begin_faces(4 * mixed_.size());
-  bool is_new = false;
-  for (const std::uint32_t t : mixed_) {
-    for (std::uint32_t corner = 0; corner < 4; ++corner) {
-      FaceEntry& entry = entry_of(outward_face(mesh.tets[t], corner), is_new);
-      (is_new ? entry.tet : entry.other) = t;
-      if (is_new) entry.corner = corner;
+  // Boundary faces: of mixed tets those of kept ones, of others those behind.
+  is_done_.assign(cut_faces_.entries().size(), 0);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const Face& face = mesh.faces[f];
+    if (face[0] == kUnusedRow) continue;
+    const bool may_be_mixed = on_mixed_[face[0]] + on_mixed_[face[1]] + on_mixed_[face[2]] == 3;
+    const std::uint32_t row = may_be_mixed ? cut_faces_.find(FaceTable::sorted(face)) : FaceTable::kNone;
+    if (row == FaceTable::kNone) {
+      const bool behind = side_[face[0]] + side_[face[1]] + side_[face[2]] == 3;
+      if (behind) emit(mesh, face, by_tet ? mesh.behind[f] : 0, out);
+      continue;
     }
+    const std::uint32_t tet = cut_faces_.entries()[row].tet;
+    if (is_kept_[tet] != 0) emit(mesh, face, tet, out);
+    is_done_[row] = 1;
   }
   unowned_.clear();
-  // Boundary faces: of mixed tets those of kept ones, of others those behind. `other` then tells that the face is done.
-  const std::size_t mask = table_.size() - 1;
-  for (const Face& face : mesh.faces) {
-    if (face[0] == kUnusedRow) continue;
-    const int behind = side_[face[0]] + side_[face[1]] + side_[face[2]];
-    const auto emit_if_behind = [&] {
-      if (behind == 3) (by_tet ? unowned_.push_back(face) : emit(mesh, face, 0, out));
-    };
-    if (on_mixed_[face[0]] + on_mixed_[face[1]] + on_mixed_[face[2]] != 3) {
-      emit_if_behind();
-      continue;
-    }
-    const Face key = sorted(face);
-    std::size_t row = hash_of(key) & mask;
-    while (table_[row].tet != kUnusedRow && table_[row].key != key)
-      row = (row + 1) & mask;
-    FaceEntry& entry = table_[row];
-    if (entry.tet == kUnusedRow) {
-      emit_if_behind();
-      continue;
-    }
-    if (is_kept(mesh.tets[entry.tet])) emit(mesh, face, entry.tet, out);
-    entry.other = entry.tet;
-  }
-  for (const std::uint32_t row : filled_) {
-    const FaceEntry& entry = table_[row];
-    if (entry.other == entry.tet) continue;
-    const bool kept = is_kept(mesh.tets[entry.tet]);
-    const Face face = outward_face(mesh.tets[entry.tet], entry.corner);
-    const bool inward_kept = entry.other != kUnusedRow ? is_kept(mesh.tets[entry.other])
-                                                       : side_[face[0]] + side_[face[1]] + side_[face[2]] == 3;
-    if (kept == inward_kept) continue;
+  for (std::size_t row = 0; row < is_done_.size(); ++row) {
+    const FaceTable::Entry& entry = cut_faces_.entries()[row];
+    if (entry.tet == FaceTable::kNone || is_done_[row] != 0) continue;
+    const bool kept = is_kept_[entry.tet] != 0;
+    const bool other_kept = entry.other != FaceTable::kNone
+                                ? is_kept_[entry.other] != 0
+                                : side_[entry.key[0]] + side_[entry.key[1]] + side_[entry.key[2]] == 3;
+    if (kept == other_kept) continue;
+    const Face face = outward_face(mesh.tets[entry.tet], entry.key);
     const Face turned = {face[0], face[2], face[1]};
     if (kept)
       emit(mesh, face, entry.tet, out);
-    else if (!by_tet || entry.other != kUnusedRow)
+    else if (!by_tet || entry.other != FaceTable::kNone)
       emit(mesh, turned, entry.other, out);
     else
       unowned_.push_back(turned);
   }
-  if (unowned_.empty()) return;
-  is_kept_.resize(mesh.tets.size());
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t)
-    is_kept_[t] = mesh.tets[t][0] != kUnusedRow && is_kept(mesh.tets[t]) ? 1 : 0;
-  emit_boundary_by_tet(mesh, is_kept_, unowned_, out);
+  if (!unowned_.empty()) emit_by_tet(mesh, unowned_, is_behind, out);
 }
 
 void Geometry::level_set(const MeshRows& mesh, std::span<const double> function, double value, Polygons& out,
                          const Changes* changes) {
   out.clear();
   find_sides(mesh, changes, [&](std::size_t v) { return function[v] >= value; });
-  find_mixed(mesh, changes);
+  find_mixed(
+      mesh, changes, [](std::uint32_t, const Corners&) {}, [](std::uint32_t, const Corners&) {});
   const bool by_tet = !mesh.tet_values.empty();
-  for (const std::uint32_t t : mixed_) {
-    const auto& tet = mesh.tets[t];
+  for (const auto& [t, tet] : mixed_) {
     const int above = side_[tet[0]] + side_[tet[1]] + side_[tet[2]] + side_[tet[3]];
     if (!std::isfinite(function[tet[0]] + function[tet[1]] + function[tet[2]] + function[tet[3]])) continue;
     std::array<std::uint32_t, 4> order{}; // corners above, then those below

@@ -7,6 +7,7 @@
 //  /_____/ |        |/\ /\|    plane ->                               /__\              |____|
 #pragma once
 
+#include "face_table.hpp"
 #include "ptet/mesh.hpp"
 
 #include <array>
@@ -25,11 +26,13 @@ struct MeshRows {
   std::span<const std::array<std::uint32_t, 4>> tets;
   std::span<const std::array<std::uint32_t, 3>> faces; ///< of the boundary, outward oriented
   std::span<const double> tet_values;                  ///< by tet, what colours it instead; empty: `values` does
+  /// By face the tet behind it, see BoundaryTets; where there are tet_values.
+  std::span<const std::uint32_t> behind = {};
 };
 
 /// The rows in which a mesh may differ from what it was.
 struct Changes {
-  std::span<const std::uint32_t> tets, vertices;
+  std::span<const std::uint32_t> tets, faces, vertices;
 };
 
 /// The points x with dot(normal, x) <= offset are behind the plane.
@@ -66,7 +69,7 @@ public:
   /// The boundary faces.
   void boundary(const MeshRows& mesh, Polygons& out);
   /// The faces of all tets whose centre is behind the plane that no other such tet shares. Cost: a look at each tet,
-  /// and a hash of the faces of those that the plane cuts.
+  /// and at the faces of those that the plane cuts.
   void cut_open(const MeshRows& mesh, const Plane& plane, Polygons& out, const Changes* changes = nullptr);
   /// Where `function`, by vertex and linear in each tet, is `value`. Points are not shared between polygons. Tets where
   /// it is not finite are left out. Cost: a look at each tet.
@@ -75,35 +78,35 @@ public:
 
 private:
   using Face = std::array<std::uint32_t, 3>;
-  /// A tet on one side of a face, or on both.
-  struct FaceEntry {
-    Face key{}; ///< ascending
-    std::uint32_t tet = kUnusedRow;
-    std::uint32_t corner = 0;
-    std::uint32_t other = kUnusedRow;
+  using Corners = std::array<std::uint32_t, 4>;
+  /// A tet with corners on both sides, as it was when it came.
+  struct Mixed {
+    std::uint32_t tet;
+    Corners corners;
   };
 
   template <class IsThere>
   void find_sides(const MeshRows& mesh, const Changes* changes, IsThere&& is_there);
-  void find_mixed(const MeshRows& mesh, const Changes* changes);
-  void set_mixed(std::uint32_t tet, bool mixed);
-  void begin_faces(std::size_t count);
-  FaceEntry& entry_of(const Face& face, bool& is_new);
+  template <class Enters, class Leaves>
+  void find_mixed(const MeshRows& mesh, const Changes* changes, Enters&& enters, Leaves&& leaves);
   void emit(const MeshRows& mesh, const Face& face, std::uint32_t tet, Polygons& out);
-  void emit_boundary_by_tet(const MeshRows& mesh, std::span<const char> is_kept, std::span<const Face> wanted,
-                            Polygons& out);
+  template <class IsKept>
+  void emit_by_tet(const MeshRows& mesh, std::span<const Face> wanted, IsKept&& is_kept, Polygons& out);
 
-  std::vector<FaceEntry> table_;
-  std::vector<std::uint32_t> filled_; ///< rows of table_ in use, in order of arrival
-  std::vector<std::uint32_t> row_;    ///< by vertex: its point in the polygons made now
-  std::vector<double> distance_;
+  std::vector<std::uint32_t> row_; ///< by vertex: its point in the polygons made now
+  // What the last call found, for the next one.
+  std::vector<double> distance_;           ///< by vertex, from the plane
   std::vector<char> side_;                 ///< by vertex
-  std::vector<std::uint32_t> mixed_;       ///< tets with corners on both sides, in no order
+  std::vector<Mixed> mixed_;               ///< in no order
   std::vector<std::uint32_t> mixed_place_; ///< by tet, in mixed_, or kUnusedRow
-  std::vector<char> on_mixed_;             ///< by vertex, a corner of one of them
-  std::vector<char> is_kept_;              ///< by tet, where tets have values
-  std::vector<Face> unowned_;              ///< faces to be drawn whose tet is not known yet
-  std::vector<char> on_wanted_;            ///< by vertex
+  FaceTable cut_faces_;                    ///< of mixed tets
+  std::vector<char> is_kept_;              ///< by tet, of mixed ones
+  // Scratch.
+  std::vector<char> is_done_;   ///< by entry of cut_faces_
+  std::vector<char> on_mixed_;  ///< by vertex, a corner of one of them
+  std::vector<Face> unowned_;   ///< faces to be drawn whose tet is not known yet
+  std::vector<Face> wanted_;    ///< ascending
+  std::vector<char> on_wanted_; ///< by vertex
 };
 
 } // namespace ptet::view

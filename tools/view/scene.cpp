@@ -131,7 +131,7 @@ const Frame& Scene::step(const Settings& settings, std::optional<double> max_ms)
       colour_tets(settings, update.changed_tets);
     else
       tet_values_.clear();
-    const Changes changes{update.changed_tets, update.changed_vertices};
+    const Changes changes{update.changed_tets, update.changed_faces, update.changed_vertices};
     const bool follows = last_ && shows_alike(*last_, settings) && !update.renumbered;
     make_geometry(settings, follows ? &changes : nullptr);
     ++frame_.number;
@@ -175,6 +175,10 @@ void Scene::colour_tets(const Settings& settings, std::span<const std::uint32_t>
 void Scene::make_geometry(const Settings& settings, const Changes* changes) {
   MeshRows mesh = mesh_.rows();
   mesh.tet_values = tet_values_;
+  if (!tet_values_.empty() && (settings.show == Show::kSurface || settings.show == Show::kCells)) {
+    boundary_tets_.follow(mesh, changes);
+    mesh.behind = boundary_tets_.behind();
+  }
   if (settings.show != Show::kVolume) frame_.cells = {};
   switch (settings.show) {
   case Show::kSurface: geometry_.boundary(mesh, frame_.polygons); break;

@@ -6,6 +6,7 @@
 // meanwhile, see OpenOptions::background.
 #pragma once
 
+#include "boundary_tets.hpp"
 #include "geometry.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/session.hpp"
@@ -121,6 +122,7 @@ private:
   std::vector<RecordId> makers_;   ///< scratch
   std::vector<double> values_;
   Geometry geometry_;
+  BoundaryTets boundary_tets_;   ///< where tets colour their faces
   std::vector<double> distance_; ///< by vertex, from the plane of a slice
   std::optional<Settings> last_;
   Frame frame_;
