@@ -1,6 +1,7 @@
 #include "lod/loader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace ptet {
@@ -180,6 +181,48 @@ void Loader::load(BlockSet& closed) {
     keep_loaded(closed);
   }
   if (takes_turns_) unite(in_use_, closed);
+}
+
+// What cannot be had is not asked for again with each of the others that need it.
+bool Loader::load(BlockSet& closed, Clock::time_point until) {
+  if (in_background_ || is_limited_) {
+    load(closed);
+    return true;
+  }
+  BlockSet loaded = closed, lost(closed.size(), 0);
+  keep_loaded(loaded);
+  std::deque<std::uint32_t> left;
+  for (const std::uint32_t b : members(closed))
+    if (loaded[b] == 0) left.push_back(b);
+  for (double at_once = 1; !left.empty();) {
+    const auto begin = Clock::now();
+    BlockSet part = loaded;
+    double count = 0;
+    for (; count < at_once && !left.empty(); left.pop_front()) {
+      BlockSet with = part;
+      with[left.front()] = 1;
+      close(with);
+      if (std::equal(with.begin(), with.end(), lost.begin(), [](char a, char b) { return a == 0 || b == 0; })) {
+        part = std::move(with);
+        ++count;
+      }
+    }
+    BlockSet wanted = part;
+    load(part);
+    for (std::size_t b = 0; b < part.size(); ++b)
+      if (wanted[b] != part[b]) lost[b] = 1;
+    loaded = std::move(part);
+    const auto now = Clock::now();
+    at_once = std::floor(
+        std::min(2.0, std::chrono::duration<double>(until - now) / std::chrono::duration<double>(now - begin)) * count);
+    if (!left.empty() && at_once < 1 && count > 0) {
+      closed = std::move(loaded);
+      return false;
+    }
+    at_once = std::max(at_once, 1.0);
+  }
+  closed = std::move(loaded);
+  return true;
 }
 
 void Loader::load_now(BlockSet& set) {

@@ -56,6 +56,11 @@ public:
   /// only asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn.
   /// Throws std::bad_alloc, nothing of the file or its source.
   void load(BlockSet& closed);
+  /// The same some blocks at a time, coarse ones first, and as it seems by `until`: at least one that is not there yet.
+  /// Returns false when it left blocks for later. Where memory is limited all are loaded at once.
+  [[nodiscard]] bool load(BlockSet& closed, std::chrono::steady_clock::time_point until);
+  /// Takes out of the set what is not loaded. Takes the lock itself.
+  void keep_loaded(BlockSet& set) const;
 
   /// Why a request that depends on blocks cannot have `missing`.
   struct Shortfall {
@@ -121,7 +126,6 @@ private:
   void apply_alone(std::vector<file::FetchedBlock> fetched);
   void note(const BlockFailure& failure);
   [[nodiscard]] std::uint64_t bytes_of(const BlockSet& set) const;
-  void keep_loaded(BlockSet& set) const;
 
   void ask_for(const BlockSet& set);
   void work();

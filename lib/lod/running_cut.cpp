@@ -22,7 +22,10 @@ bool RunningCut::is_promised(std::uint32_t r) const {
                          : request_.demand.promised.wants(hierarchy_, RecordId{r});
 }
 
-std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& request) {
+std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& request,
+                                                    const std::optional<std::chrono::steady_clock::time_point>& until) {
+  until_ = until;
+  is_out_of_time_ = false;
   const bool counted_wishes = counts_wishes();
   const bool wished_changed = is_stale_ || request.demand.wished != request_.demand.wished;
   bool promised_changed = is_stale_ || request.demand.promised != request_.demand.promised;
@@ -74,7 +77,12 @@ std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
 void RunningCut::read_closed(BlockSet& set) {
   hierarchy_.close(set, open_);
   asked_for_ = set;
-  hierarchy_.load(set);
+  if (is_out_of_time_)
+    hierarchy_.loader().keep_loaded(set);
+  else if (until_)
+    is_out_of_time_ = !hierarchy_.loader().load(set, *until_);
+  else
+    hierarchy_.load(set);
   for (std::size_t b = 0; b < set.size(); ++b)
     if (set[b] != asked_for_[b]) missing_[b] = 1;
 }
@@ -198,7 +206,7 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
     order_records();
     const std::optional<BudgetRank> end = find_end(budget);
     const bool has_read_all =
-        by_key_.empty() || reach <= by_key_.back().first || hierarchy_.loader().waits_for(missing_);
+        by_key_.empty() || reach <= by_key_.back().first || is_out_of_time_ || hierarchy_.loader().waits_for(missing_);
     if (has_read_all || (end && end->key >= reach)) {
       move_end(end);
       stopped_by_budget_ = end.has_value();

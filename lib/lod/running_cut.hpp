@@ -11,6 +11,7 @@
 #include "lod/budget.hpp"
 #include "lod/cut.hpp"
 
+#include <chrono>
 #include <optional>
 
 namespace ptet {
@@ -23,7 +24,10 @@ public:
   /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what
   /// the cut needs is in memory while it is. Blocks that cannot be had are left out, see Cut. Throws what
   /// Hierarchy::load throws; the cut is then that of some request between.
-  [[nodiscard]] std::shared_lock<std::shared_mutex> set(const ResolvedRequest& request);
+  /// `until`: blocks that could not be read by then are left out, too, see is_out_of_time() and Loader::load; but not
+  /// where the cut is found anew.
+  [[nodiscard]] std::shared_lock<std::shared_mutex>
+  set(const ResolvedRequest& request, const std::optional<std::chrono::steady_clock::time_point>& until = std::nullopt);
 
   [[nodiscard]] bool contains(std::uint32_t r) const {
     if (is_found_anew_) return found_.applied[r] != 0;
@@ -44,6 +48,8 @@ public:
   [[nodiscard]] const BlockSet& read() const { return read_; }
   [[nodiscard]] const BlockSet& missing() const { return missing_; }
   [[nodiscard]] bool is_stopped_by_budget() const { return stopped_by_budget_; }
+  /// Whether blocks are missing that there was no time for.
+  [[nodiscard]] bool is_out_of_time() const { return is_out_of_time_; }
 
 private:
   static constexpr std::uint8_t kPromised = 1; ///< wanted itself, whatever the budget
@@ -86,6 +92,8 @@ private:
   bool is_stale_ = true;    ///< what follows is not that of the last request
   BlockSet read_, missing_, promised_read_;
   bool stopped_by_budget_ = false;
+  std::optional<std::chrono::steady_clock::time_point> until_;
+  bool is_out_of_time_ = false;
 
   // By block.
   std::vector<char> is_met_; ///< its records are counted in what follows

@@ -20,6 +20,13 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
+std::optional<Clock::time_point> end_of(const std::optional<double>& max_milliseconds, Clock::time_point begin) {
+  constexpr double kMost = 1e9; // a clock has no more than so many centuries
+  if (!max_milliseconds) return std::nullopt;
+  const std::chrono::duration<double, std::milli> time(std::min(*max_milliseconds, kMost));
+  return begin + std::chrono::duration_cast<Clock::duration>(time);
+}
+
 } // namespace
 
 class Session::Impl {
@@ -38,13 +45,14 @@ public:
     asked_ = request;
     asked_.max_milliseconds.reset();
     const Loader::Turn turn(hierarchy_.loader());
-    auto lock = cut_->set(request_);
+    const std::optional<Clock::time_point> until = end_of(request.max_milliseconds, begin);
+    auto lock = cut_->set(request_, until);
     bool is_renumbered = false;
     while (!is_sound()) {
       lock.unlock();
       start_over();
       is_renumbered = true;
-      lock = cut_->set(request_);
+      lock = cut_->set(request_, until);
     }
     // The first update tells of the base mesh, too.
     if (std::exchange(is_told_, true)) mesh_->forget_changes();
@@ -56,7 +64,7 @@ public:
       mesh_->follow_creators(cut_->read(), applied_);
     else
       mesh_->forget_creators();
-    result_.complete = change(request.max_milliseconds, begin);
+    result_.complete = change(until) && !cut_->is_out_of_time();
     cut_->drop_touched([&](std::uint32_t r) { return cut_->contains(r) != (applied_[r] != 0); });
     mesh_->show_unused_vertices(applied_count_ == applied_.size());
     if (result_.complete && mesh_->compact()) is_renumbered = true;
@@ -145,12 +153,10 @@ private:
   }
 
   /// False when the time was up before all was done.
-  bool change(const std::optional<double>& max_milliseconds, Clock::time_point begin) {
+  bool change(const std::optional<Clock::time_point>& until) {
     constexpr std::size_t kBetweenLooks = 64;
     std::size_t done = 0;
-    const auto is_time_up = [&] {
-      return max_milliseconds && ++done % kBetweenLooks == 0 && 1e3 * seconds_since(begin) > *max_milliseconds;
-    };
+    const auto is_time_up = [&] { return until && ++done % kBetweenLooks == 0 && Clock::now() > *until; };
     const std::uint64_t tets = mesh_->tet_count(), vertices = mesh_->vertex_count();
     for (std::size_t i = 0; i < collapses_.size() && !is_time_up(); ++i) {
       fetch_ahead(collapses_, i);

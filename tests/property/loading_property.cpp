@@ -676,6 +676,70 @@ TEST_CASE("a session follows while a thread loads") {
   }
 }
 
+TEST_CASE("a session reads as much as there is time for, and gets there") {
+  const Sample& s = sample();
+  for (const int delay_ms : {0, 15}) {
+    const auto source = std::make_shared<FailingSource>(s.bytes);
+    const auto dataset = Dataset::open(source);
+    source->set([delay_ms](std::uint64_t, std::uint64_t) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      return false;
+    });
+    // One read, or as many as the time may have been enough for: each takes no less than the delay.
+    const double ms = delay_ms == 0 ? 0 : 2.5 * delay_ms;
+    const std::uint64_t reads_allowed = delay_ms == 0 ? 1 : 3;
+    Session session(dataset);
+    SlotCopy copy;
+    std::size_t stopped = 0;
+    for (const std::size_t i : {std::size_t{5}, std::size_t{3}, std::size_t{4}, std::size_t{2}, std::size_t{0}}) {
+      INFO("request " << i << ", " << delay_ms << " ms a read");
+      Request request = s.requests[i];
+      request.max_milliseconds = ms;
+      for (int round = 0; round < 1000; ++round) {
+        const std::uint64_t reads = source->reads();
+        const SessionUpdate& update = session.update(request);
+        copy.follow(session, update);
+        REQUIRE(copy.difference(session) == "");
+        CHECK(source->reads() - reads <= reads_allowed);
+        if (update.complete) break;
+        CHECK(update.limited_by == LimitedBy::kTime);
+        CHECK(update.failures.empty());
+        if (source->reads() > reads && ++stopped % 8 == 1) check_sound(session.extraction());
+      }
+      const std::uint64_t reads = source->reads();
+      CHECK(difference(session, session.update(s.requests[i]), s.answers[i]) == "");
+      CHECK(source->reads() == reads);
+    }
+    CHECK(stopped >= s.blocks.size() / 3);
+  }
+}
+
+TEST_CASE("a session with little time over a source that fails asks for a block once a call") {
+  const Sample& s = sample();
+  const std::uint64_t bad = s.blocks[1].offset;
+  std::uint64_t failed = 0;
+  const auto source = std::make_shared<FailingSource>(s.bytes, [&](std::uint64_t offset, std::uint64_t count) {
+    const bool fails = offset <= bad && bad - offset < count;
+    failed += fails ? 1 : 0;
+    return fails;
+  });
+  const auto dataset = Dataset::open(source);
+  Session session(dataset);
+  Request request;
+  request.max_milliseconds = 1e6;
+  failed = 0;
+  const SessionUpdate& update = session.update(request);
+  CHECK_FALSE(update.complete);
+  CHECK(update.limited_by == LimitedBy::kUnreadable);
+  REQUIRE(update.failures.size() == 1);
+  CHECK(update.failures[0].block == 1);
+  CHECK(failed <= 2); // with its neighbours, and alone
+  CHECK(difference(session, update, dataset->extract({})) == "it is not complete");
+  source->set({});
+  CHECK(session.update(request).complete);
+  CHECK(difference(session, session.update(request), s.answers[0]) == "");
+}
+
 TEST_CASE("a session knows what made its tets as far as blocks are there") {
   const Sample& s = sample();
   for (unsigned seed = 0; seed < 2; ++seed) {

@@ -202,7 +202,8 @@ ptet_status ptet_request_set_domain_error(ptet_request* request, double value, i
 /* Budgets: the smallest error that fits. The coarsest mesh and what focus regions need are there in any case. */
 ptet_status ptet_request_set_max_tets(ptet_request* request, uint64_t tets, ptet_error** error);
 ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertices, ptet_error** error);
-/* How long ptet_session_update may take, about; what it then has not done the next update does. */
+/* How long ptet_session_update may take, about; what it then has not done the next update does. It reads at least one
+ * block that it needs, and more as they seem to fit the time; it does not count what finding the cut takes. */
 ptet_status ptet_request_set_max_milliseconds(ptet_request* request, double milliseconds, ptet_error** error);
 /* Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each). */
 ptet_status ptet_request_set_max_bytes(ptet_request* request, uint64_t bytes, ptet_error** error);
