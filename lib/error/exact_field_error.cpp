@@ -13,6 +13,8 @@ using namespace vec;
 namespace {
 
 constexpr std::uint32_t kOutside = 0xffffffffU;
+/// So many channels go through the clipping themselves. Of more, what goes through it are weights of the tet's corners.
+constexpr std::size_t kMostCarried = 8;
 
 /// An original tet, as a walk wants it.
 struct Cell {
@@ -178,6 +180,8 @@ struct Polygon {
 
 struct ExactFieldError::Impl {
   Impl(const PreparedMesh& p, ChannelView c) : prepared(p), channels(c), on_boundary(p.used_vertex_count) {
+    for (std::size_t i = 0; i < c.channels; ++i)
+      ends_field.push_back(i + 1 == c.channels || c.field_of[i + 1] != c.field_of[i] ? 1 : 0);
     const std::vector<Tet>& tets = p.mesh.tets;
     const FaceTable faces = build_face_table(tets, p.used_vertex_count);
     std::vector<BoundingBox> boxes;
@@ -216,6 +220,7 @@ struct ExactFieldError::Impl {
 
   const PreparedMesh& prepared;
   ChannelView channels;
+  std::vector<char> ends_field;          ///< by channel: whether it is the last of its field
   std::vector<Cell> cells;               ///< the original tets
   std::vector<std::uint32_t> star_begin; ///< by vertex, into `star`
   std::vector<std::uint32_t> star;       ///< tets around each vertex
@@ -273,6 +278,7 @@ private:
   [[nodiscard]] std::uint32_t queued() const { return w_.stamp_; }
   [[nodiscard]] std::uint32_t done() const { return w_.stamp_ + 1; }
   [[nodiscard]] const double* difference(std::uint32_t row) const { return &w_.differences_[row * channels_]; }
+  [[nodiscard]] const double* values(std::uint32_t v) const { return original_.channels.values.data() + v * channels_; }
 
   /// False for a flat version.
   bool begin() {
@@ -294,6 +300,7 @@ private:
       w_.stamp_ = 2;
     }
     for (std::uint32_t i = 0; i < 4; ++i) { // at its own corners the version is exact
+      values_[i] = values(version_[i]);
       w_.vertices_[version_[i]] = {w_.stamp_, i};
       Row& corner = w_.rows_.emplace_back();
       corner = {{}, static_cast<std::uint8_t>(0xF & ~(1U << i)), 0};
@@ -322,13 +329,14 @@ private:
     row.beyond = static_cast<std::uint8_t>(not_positive(row.barycentric));
     row.strictly_beyond = static_cast<std::uint8_t>(negative(row.barycentric));
     w_.rows_.push_back(row);
-    const double* const values = original_.channels.values.data();
+    const double* const at_v = values(v);
     const auto& b = row.barycentric;
-    for (std::size_t c = 0; c < channels_; ++c) {
-      const auto value = [&](std::uint32_t x) { return values[x * channels_ + c]; };
-      w_.differences_.push_back(value(v) - (b[0] * value(version_[0]) + b[1] * value(version_[1]) +
-                                            b[2] * value(version_[2]) + b[3] * value(version_[3])));
-    }
+    const std::size_t begin = w_.differences_.size();
+    w_.differences_.resize(begin + channels_);
+    double* const differences = w_.differences_.data() + begin;
+    for (std::size_t c = 0; c < channels_; ++c)
+      differences[c] =
+          at_v[c] - (b[0] * values_[0][c] + b[1] * values_[1][c] + b[2] * values_[2][c] + b[3] * values_[3][c]);
   }
 
   /// Whether one plane of the version has all these corners of a tet on its outer side (or on it).
@@ -380,43 +388,94 @@ private:
 
   /// Takes in the part of an original tet in the version; false when it has none.
   bool see_tet(const std::array<std::uint32_t, 4>& rows, double volume) {
-    return channels_ == 1 ? see_channel(rows, volume) : see_channels(rows, volume);
+    static_assert(kMostCarried == 8);
+    switch (channels_) {
+    case 1: return see_carried<1>(rows, volume);
+    case 2: return see_carried<2>(rows, volume);
+    case 3: return see_carried<3>(rows, volume);
+    case 4: return see_carried<4>(rows, volume);
+    case 5: return see_carried<5>(rows, volume);
+    case 6: return see_carried<6>(rows, volume);
+    case 7: return see_carried<7>(rows, volume);
+    case 8: return see_carried<8>(rows, volume);
+    default: return see_weighted(rows, volume);
+    }
   }
+
+  /// What is known of the N channels on the parts of one tet, from the differences at the corners.
+  template <std::size_t N>
+  struct Seen {
+    std::array<double, N> integral{};    ///< 20 times that of the squared difference
+    std::array<double, N> greatest_sq{}; ///< of a field, at its last channel
+
+    void add(const std::array<const double*, 4>& d, double volume, const char* ends_field) {
+      std::array<double, 4> norm_sq{};
+      for (std::size_t c = 0; c < N; ++c) {
+        const double sum = (d[0][c] + d[1][c]) + (d[2][c] + d[3][c]);
+        const std::array<double, 4> square{d[0][c] * d[0][c], d[1][c] * d[1][c], d[2][c] * d[2][c], d[3][c] * d[3][c]};
+        integral[c] += volume * (sum * sum + ((square[0] + square[1]) + (square[2] + square[3])));
+        if constexpr (N == 1) {
+          norm_sq = square;
+        } else {
+          for (std::size_t k = 0; k < 4; ++k)
+            norm_sq[k] += square[k];
+          if (ends_field[c] == 0) continue;
+        }
+        greatest_sq[c] =
+            std::max(greatest_sq[c], std::max(std::max(norm_sq[0], norm_sq[1]), std::max(norm_sq[2], norm_sq[3])));
+        norm_sq = {};
+      }
+    }
+  };
 
   template <std::size_t N>
-  void set_corner(std::uint32_t row, Corner<N>& corner) const {
-    corner.barycentric = w_.rows_[row].barycentric;
-    corner.beyond = w_.rows_[row].strictly_beyond;
-  }
-
-  bool see_channel(const std::array<std::uint32_t, 4>& rows, double volume) {
-    std::array<Corner<1>, 4> corners;
+  bool see_carried(const std::array<std::uint32_t, 4>& rows, double volume) {
+    std::array<const Row*, 4> row;
+    std::array<const double*, 4> d;
+    unsigned common = 0xF;
+    unsigned cutting = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      set_corner(rows[k], corners[k]);
-      corners[k].carried = {w_.differences_[rows[k]]};
+      row[k] = &w_.rows_[rows[k]];
+      d[k] = difference(rows[k]);
+      common &= row[k]->strictly_beyond;
+      cutting |= row[k]->strictly_beyond;
     }
-    double integral = 0;
-    double greatest_sq = -1;
-    auto use = [&](const Corners<1>& piece, double part) {
-      const double d0 = piece[0]->carried[0];
-      const double d1 = piece[1]->carried[0];
-      const double d2 = piece[2]->carried[0];
-      const double d3 = piece[3]->carried[0];
-      const double sum = (d0 + d1) + (d2 + d3);
-      integral += part * (sum * sum + ((d0 * d0 + d1 * d1) + (d2 * d2 + d3 * d3)));
-      greatest_sq = std::max({greatest_sq, d0 * d0, d1 * d1, d2 * d2, d3 * d3});
-    };
-    Clip<1, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
-    raise_error(0, greatest_sq);
-    if (!squared_.empty()) squared_[0] += integral / 20;
-    return greatest_sq >= 0;
+    if (common != 0) return false;
+    Seen<N> seen;
+    const char* const ends_field = original_.ends_field.data();
+    if (cutting == 0) {
+      seen.add(d, volume, ends_field);
+    } else {
+      std::array<Corner<N>, 4> corners;
+      for (std::size_t k = 0; k < 4; ++k) {
+        corners[k].barycentric = row[k]->barycentric;
+        corners[k].beyond = row[k]->strictly_beyond;
+        std::copy_n(d[k], N, corners[k].carried.begin());
+      }
+      bool any = false;
+      auto use = [&](const Corners<N>& piece, double part) {
+        any = true;
+        seen.add(
+            {piece[0]->carried.data(), piece[1]->carried.data(), piece[2]->carried.data(), piece[3]->carried.data()},
+            part, ends_field);
+      };
+      Clip<N, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
+      if (!any) return false;
+    }
+    for (std::size_t c = 0; c < N; ++c) {
+      const std::size_t field = original_.channels.field_of[c];
+      if (ends_field[c] != 0) raise_error(field, seen.greatest_sq[c]);
+      if (!squared_.empty()) squared_[field] += seen.integral[c] / 20;
+    }
+    return true;
   }
 
   /// The same for any number of channels: what is carried are weights of the tet's corners.
-  bool see_channels(const std::array<std::uint32_t, 4>& rows, double volume) {
+  bool see_weighted(const std::array<std::uint32_t, 4>& rows, double volume) {
     std::array<Corner<4>, 4> corners;
     for (std::size_t k = 0; k < 4; ++k) {
-      set_corner(rows[k], corners[k]);
+      corners[k].barycentric = w_.rows_[rows[k]].barycentric;
+      corners[k].beyond = w_.rows_[rows[k]].strictly_beyond;
       corners[k].carried = {};
       corners[k].carried[k] = 1;
     }
@@ -437,7 +496,7 @@ private:
         }
         const std::size_t field = original_.channels.field_of[c];
         if (!squared_.empty()) squared_[field] += part / 20 * (sum * sum + sum_sq);
-        if (c + 1 != channels_ && original_.channels.field_of[c + 1] == field) continue;
+        if (original_.ends_field[c] == 0) continue;
         raise_error(field, *std::max_element(norm_sq.begin(), norm_sq.end()));
         norm_sq = {};
       }
@@ -468,7 +527,7 @@ private:
                          weight[2] * difference(face[2])[channel];
         norm_sq += d * d;
         const std::size_t field = original_.channels.field_of[channel];
-        if (channel + 1 != channels_ && original_.channels.field_of[channel + 1] == field) continue;
+        if (original_.ends_field[channel] == 0) continue;
         raise_error(field, norm_sq);
         norm_sq = 0;
       }
@@ -484,7 +543,8 @@ private:
   std::span<const double> limit_;
   bool beyond_limit_ = false;
   Point origin_{};
-  std::array<Vec3, 3> plane_{}; ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
+  std::array<const double*, 4> values_{}; ///< at the corners
+  std::array<Vec3, 3> plane_{};           ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
   std::size_t next_ = 0;
   bool met_boundary_ = false;
 };
