@@ -26,8 +26,7 @@ std::vector<Triangle> points_of(const std::vector<Point>& positions, std::span<c
 
 BoundaryPieces::BoundaryPieces(const std::vector<Point>& positions, std::span<const std::array<Vertex, 3>> triangles,
                                double diagonal)
-    : positions_(positions), original_(points_of(positions, triangles)), rounding_(kPieceRounding * diagonal),
-      division_(rounding_), row_of_(positions.size()), stamp_of_(positions.size()) {}
+    : positions_(positions), original_(points_of(positions, triangles)), rounding_(kPieceRounding * diagonal) {}
 
 void BoundaryPieces::add(std::uint32_t face, const std::array<Vertex, 3>& triangle) {
   if (faces_.size() <= face) faces_.resize(face + 1);
@@ -70,13 +69,17 @@ std::vector<BoundaryPieces::Held> BoundaryPieces::held(std::uint32_t face) const
   return all;
 }
 
+BoundaryPieces::Division::Division(const BoundaryPieces& pieces)
+    : of_(pieces), division_(pieces.rounding_), row_of_(pieces.positions_.size()), stamp_of_(pieces.positions_.size()) {
+}
+
 /// What the faces hold, with parts of one triangle merged again, by triangle.
-void BoundaryPieces::gather(std::span<const std::uint32_t> fine) {
+void BoundaryPieces::Division::gather(std::span<const std::uint32_t> fine) {
   found_.clear();
   gathered_.clear();
   for (const std::uint32_t f : fine)
-    for (std::uint32_t p = faces_[f].first_piece; p != kNone; p = pieces_[p].next)
-      found_.emplace_back(pieces_[p].triangle, pieces_[p].part);
+    for (std::uint32_t p = of_.faces_[f].first_piece; p != kNone; p = of_.pieces_[p].next)
+      found_.emplace_back(of_.pieces_[p].triangle, of_.pieces_[p].part);
   std::sort(found_.begin(), found_.end());
   for (std::size_t i = 0; i < found_.size();) {
     std::size_t end = i + 1;
@@ -84,12 +87,12 @@ void BoundaryPieces::gather(std::span<const std::uint32_t> fine) {
       ++end;
     const std::uint32_t triangle = found_[i].first;
     // A whole one sorts last; all parts together are the whole again.
-    if (found_[end - 1].second == kNone || end - i == parts_of_[triangle]) {
+    if (found_[end - 1].second == kNone || end - i == of_.parts_of_[triangle]) {
       gathered_.push_back({triangle, Part::whole()});
     } else {
       scratch_.clear();
       for (; i < end; ++i)
-        scratch_.push_back(parts_[found_[i].second]);
+        scratch_.push_back(of_.parts_[found_[i].second]);
       if (scratch_.size() > 1) merge_parts(scratch_);
       for (const Part& part : scratch_)
         gathered_.push_back({triangle, part});
@@ -99,9 +102,9 @@ void BoundaryPieces::gather(std::span<const std::uint32_t> fine) {
 }
 
 /// Rows of the part's corners; those of vertices are shared.
-void BoundaryPieces::add_rows(std::uint32_t triangle, const Part& part) {
-  const auto& t = triangles_[triangle];
-  const std::array<Point, 3> x = corners(triangle);
+void BoundaryPieces::Division::add_rows(std::uint32_t triangle, const Part& part) {
+  const auto& t = of_.triangles_[triangle];
+  const std::array<Point, 3> x = of_.corners(triangle);
   for (std::size_t i = 0; i < part.count; ++i) {
     const Part::Corner& c = part.corner[i];
     Vertex vertex = kNone;
@@ -116,7 +119,7 @@ void BoundaryPieces::add_rows(std::uint32_t triangle, const Part& part) {
     } else {
       if (stamp_of_[vertex] != stamp_) {
         stamp_of_[vertex] = stamp_;
-        row_of_[vertex] = division_.add_point(positions_[vertex]);
+        row_of_[vertex] = division_.add_point(of_.positions_[vertex]);
       }
       rows_.push_back(row_of_[vertex]);
     }
@@ -124,39 +127,39 @@ void BoundaryPieces::add_rows(std::uint32_t triangle, const Part& part) {
 }
 
 /// Merges what one triangle has in one target, `all`: of all of it; returns the largest distance of what that changes.
-double BoundaryPieces::merge_placed(std::size_t first, bool all) {
+double BoundaryPieces::Division::merge_placed(std::size_t first, bool all) {
   double worst = 0;
-  const auto begin = placed_.begin() + static_cast<std::ptrdiff_t>(first);
-  std::stable_sort(begin, placed_.end(), [](const Placed& a, const Placed& b) { return a.target < b.target; });
+  const auto begin = handover_.placed.begin() + static_cast<std::ptrdiff_t>(first);
+  std::stable_sort(begin, handover_.placed.end(), [](const Placed& a, const Placed& b) { return a.target < b.target; });
   std::size_t kept = first;
   const std::uint32_t triangle = begin->triangle;
-  for (std::size_t i = first; i < placed_.size();) {
-    const std::uint32_t target = placed_[i].target;
+  for (std::size_t i = first; i < handover_.placed.size();) {
+    const std::uint32_t target = handover_.placed[i].target;
     scratch_.clear();
-    for (; i < placed_.size() && placed_[i].target == target; ++i)
-      scratch_.push_back(placed_[i].part);
+    for (; i < handover_.placed.size() && handover_.placed[i].target == target; ++i)
+      scratch_.push_back(handover_.placed[i].part);
     const std::size_t before = scratch_.size();
-    if (all && before == placed_.size() - first)
+    if (all && before == handover_.placed.size() - first)
       scratch_.assign(1, Part::whole());
     else if (before > 1)
       merge_parts(scratch_);
     for (const Part& part : scratch_) {
-      if (scratch_.size() < before) worst = std::max(worst, division_.distance(corners(triangle), part, target));
-      placed_[kept++] = {triangle, target, part};
+      if (scratch_.size() < before) worst = std::max(worst, division_.distance(of_.corners(triangle), part, target));
+      handover_.placed[kept++] = {triangle, target, part};
     }
   }
-  placed_.resize(kept);
+  handover_.placed.resize(kept);
   return worst;
 }
 
-double BoundaryPieces::divide(std::span<const PatchTriangle> coarse, double limit) {
+double BoundaryPieces::Division::divide(std::span<const PatchTriangle> coarse, double limit) {
   if (++stamp_ == 0) {
     std::fill(stamp_of_.begin(), stamp_of_.end(), 0U);
     stamp_ = 1;
   }
   division_.begin(coarse);
   rows_.clear();
-  placed_.clear();
+  handover_.placed.clear();
   for (const Gathered& g : gathered_)
     add_rows(g.triangle, g.part);
   double worst = division_.lower_bound();
@@ -166,25 +169,26 @@ double BoundaryPieces::divide(std::span<const PatchTriangle> coarse, double limi
     while (end < gathered_.size() && gathered_[end].triangle == gathered_[i].triangle)
       ++end;
     const std::uint32_t triangle = gathered_[i].triangle;
-    const std::size_t first = placed_.size();
+    const std::size_t first = handover_.placed.size();
     const std::size_t most_parts = end - i < kMostParts ? kMostParts : 1;
     const bool all = gathered_[i].part.is_whole();
     for (; i < end; ++i) {
       const Part& part = gathered_[i].part;
       divided_.clear();
-      worst = std::max(
-          worst, division_.divide(corners(triangle), part, {rows_.data() + row, part.count}, 0, most_parts, divided_));
+      worst = std::max(worst, division_.divide(of_.corners(triangle), part, {rows_.data() + row, part.count}, 0,
+                                               most_parts, divided_));
       row += part.count;
       for (const PatchDivision::Placed& p : divided_)
-        placed_.push_back({triangle, p.target, p.part});
+        handover_.placed.push_back({triangle, p.target, p.part});
     }
-    if (placed_.size() - first > 1) worst = std::max(worst, merge_placed(first, all));
+    if (handover_.placed.size() - first > 1) worst = std::max(worst, merge_placed(first, all));
   }
   return worst;
 }
 
 /// An upper bound on the largest distance of a point of the face to the targets, offsets included.
-double BoundaryPieces::away_from(const PatchTriangle& face, std::span<const PatchTriangle> targets, double enough) {
+double BoundaryPieces::Division::away_from(const PatchTriangle& face, std::span<const PatchTriangle> targets,
+                                           double enough) {
   division_.begin(targets);
   std::array<std::uint32_t, 3> rows{};
   for (std::size_t i = 0; i < 3; ++i)
@@ -193,44 +197,45 @@ double BoundaryPieces::away_from(const PatchTriangle& face, std::span<const Patc
   return division_.divide(face.x, Part::whole(), rows, enough, kMostParts + 4 * targets.size(), divided_);
 }
 
-double BoundaryPieces::away(std::uint32_t target, const PatchTriangle& face, std::span<const PatchTriangle> fine,
-                            double enough) {
+double BoundaryPieces::Division::away(std::uint32_t target, const PatchTriangle& face,
+                                      std::span<const PatchTriangle> fine, double enough) {
   // By way of the faces before the collapse: exact where the surface stays in its own plane.
   double least = away_from(face, fine, enough);
   if (least <= enough) return least;
   near_.clear();
   std::uint32_t last = kNone;
-  for (const Placed& p : placed_)
+  for (const Placed& p : handover_.placed)
     if (p.target == target && p.triangle != last) {
       last = p.triangle;
-      near_.push_back({triangles_[last], corners(last), 0});
+      near_.push_back({of_.triangles_[last], of_.corners(last), 0});
     }
   if (!near_.empty()) least = std::min(least, away_from(face, near_, enough));
   if (least <= enough) return least;
   // What else is near may be held by faces elsewhere.
-  return std::min(least, original_.farthest(face.x, kRelative, enough).upper);
+  return std::min(least, of_.original_.farthest(face.x, kRelative, enough).upper);
 }
 
-double BoundaryPieces::hand_over(std::span<const std::uint32_t> fine, std::span<PatchTriangle> fine_triangles,
-                                 std::span<const PatchTriangle> coarse, double limit) {
+double BoundaryPieces::Division::hand_over(std::span<const std::uint32_t> fine, std::span<PatchTriangle> fine_triangles,
+                                           std::span<const PatchTriangle> coarse, double limit) {
   gather(fine);
-  limit = std::max(limit, rounding_);
+  limit = std::max(limit, of_.rounding_);
   double error = divide(coarse, limit);
   if (error > limit) return error;
   for (std::size_t i = 0; i < fine.size(); ++i)
-    fine_triangles[i].offset = faces_[fine[i]].away;
-  away_.clear();
-  const double enough = std::max((1 + kRelative) * error, rounding_);
+    fine_triangles[i].offset = of_.faces_[fine[i]].away;
+  handover_.away.clear();
+  const double enough = std::max((1 + kRelative) * error, of_.rounding_);
   for (std::uint32_t i = 0; i < coarse.size(); ++i) {
     const double found = away(i, coarse[i], fine_triangles, enough);
-    away_.push_back(found > rounding_ ? found : 0);
+    handover_.away.push_back(found > of_.rounding_ ? found : 0);
     error = std::max(error, found);
     if (error > limit) return error;
   }
-  return error > rounding_ ? error * (1 + kSlack) : 0;
+  return error > of_.rounding_ ? error * (1 + kSlack) : 0;
 }
 
-void BoundaryPieces::commit(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> faces) {
+void BoundaryPieces::commit(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> faces,
+                            const Handover& handover) {
   for (const std::uint32_t f : fine) {
     for (std::uint32_t p = faces_[f].first_piece; p != kNone; p = pieces_[p].next) {
       if (pieces_[p].part != kNone) free_parts_.push_back(pieces_[p].part);
@@ -240,8 +245,8 @@ void BoundaryPieces::commit(std::span<const std::uint32_t> fine, std::span<const
     faces_[f] = {};
   }
   for (std::size_t i = 0; i < faces.size(); ++i)
-    faces_[faces[i]].away = away_[i];
-  for (const Placed& p : placed_)
+    faces_[faces[i]].away = handover.away[i];
+  for (const Handover::Placed& p : handover.placed)
     push(faces_[faces[p.target]], p.triangle, p.part);
 }
 

@@ -27,14 +27,19 @@ public:
   /// Original triangle, held whole by the face of that number.
   void add(std::uint32_t face, const std::array<Vertex, 3>& triangle);
 
-  /// Divides what the faces `fine` hold among the triangles `coarse`. Returns an upper bound on the distances between
-  /// each of these and what it would hold, and from it to the original boundary; mesh units, 0 when it is rounding. A
-  /// value above `limit` may come early: then it is a lower bound, and not to be committed.
-  /// `fine_triangles`: the faces `fine`, in their order.
-  [[nodiscard]] double hand_over(std::span<const std::uint32_t> fine, std::span<PatchTriangle> fine_triangles,
-                                 std::span<const PatchTriangle> coarse, double limit);
-  /// The last division becomes true. `faces`: numbers of the coarse triangles, in their order.
-  void commit(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> faces);
+  /// What the faces around a vertex held, as it is handed over to those that a collapse leaves there.
+  struct Handover {
+    struct Placed {
+      std::uint32_t triangle;
+      std::uint32_t target; ///< coarse triangle
+      Part part;
+    };
+    std::vector<Placed> placed;
+    std::vector<double> away; ///< by coarse triangle: bound on the distance of its points to the original boundary
+  };
+  class Division;
+  /// A division becomes true. `faces`: numbers of the coarse triangles, in their order.
+  void commit(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> faces, const Handover& handover);
 
   /// What a face holds: original triangle and part of it.
   struct Held {
@@ -53,22 +58,6 @@ private:
     std::uint32_t first_piece = kNone;
     double away = 0; ///< bound on the distance of its points to the original boundary
   };
-  struct Gathered {
-    std::uint32_t triangle;
-    Part part;
-  };
-  struct Placed {
-    std::uint32_t triangle;
-    std::uint32_t target;
-    Part part;
-  };
-
-  void gather(std::span<const std::uint32_t> fine);
-  double divide(std::span<const PatchTriangle> coarse, double limit);
-  double merge_placed(std::size_t first, bool all);
-  double away(std::uint32_t target, const PatchTriangle& face, std::span<const PatchTriangle> fine, double enough);
-  double away_from(const PatchTriangle& face, std::span<const PatchTriangle> targets, double enough);
-  void add_rows(std::uint32_t triangle, const Part& part);
   [[nodiscard]] std::array<Point, 3> corners(std::uint32_t triangle) const;
   void push(Face& face, std::uint32_t triangle, const Part& part);
 
@@ -82,8 +71,39 @@ private:
   std::vector<std::uint32_t> free_pieces_;
   std::vector<Part> parts_;
   std::vector<std::uint32_t> free_parts_;
+};
 
-  // The last division.
+/// One thread's division of what faces hold. The pieces must outlive it, and not change while it is made.
+class BoundaryPieces::Division {
+public:
+  explicit Division(const BoundaryPieces& pieces);
+
+  /// Divides what the faces `fine` hold among the triangles `coarse`. Returns an upper bound on the distances between
+  /// each of these and what it would hold, and from it to the original boundary; mesh units, 0 when it is rounding. A
+  /// value above `limit` may come early: then it is a lower bound, and not to be committed.
+  /// `fine_triangles`: the faces `fine`, in their order.
+  /// Thread rule: reads the pieces only. What is divided depends on the faces `fine` and what they hold alone.
+  [[nodiscard]] double hand_over(std::span<const std::uint32_t> fine, std::span<PatchTriangle> fine_triangles,
+                                 std::span<const PatchTriangle> coarse, double limit);
+  /// The last division.
+  [[nodiscard]] const Handover& handover() const { return handover_; }
+
+private:
+  using Placed = Handover::Placed;
+  struct Gathered {
+    std::uint32_t triangle;
+    Part part;
+  };
+
+  void gather(std::span<const std::uint32_t> fine);
+  double divide(std::span<const PatchTriangle> coarse, double limit);
+  double merge_placed(std::size_t first, bool all);
+  double away(std::uint32_t target, const PatchTriangle& face, std::span<const PatchTriangle> fine, double enough);
+  double away_from(const PatchTriangle& face, std::span<const PatchTriangle> targets, double enough);
+  void add_rows(std::uint32_t triangle, const Part& part);
+
+  const BoundaryPieces& of_;
+  Handover handover_;
   PatchDivision division_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> found_; ///< triangle, part
   std::vector<Gathered> gathered_;
@@ -91,8 +111,6 @@ private:
   std::vector<std::uint32_t> row_of_, stamp_of_; ///< by vertex
   std::uint32_t stamp_ = 0;
   std::vector<PatchDivision::Placed> divided_;
-  std::vector<Placed> placed_;
-  std::vector<double> away_; ///< by coarse triangle
   std::vector<PatchTriangle> near_;
   std::vector<Part> scratch_;
 };

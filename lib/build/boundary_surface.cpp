@@ -1,6 +1,5 @@
 #include "build/boundary_surface.hpp"
 
-#include "build/boundary_pieces.hpp"
 #include "build/face_index.hpp"
 #include "error/closest_point.hpp"
 #include "mesh/predicates.hpp"
@@ -130,17 +129,13 @@ struct BoundarySurface::Impl {
   };
   std::vector<Left> left;
   std::vector<Held> held;
-  std::vector<SlotId> hits;
 
-  // Where domain errors are to be bounds: what the faces hold, and the last division of it.
-  std::optional<BoundaryPieces> pieces;
-  std::vector<std::uint32_t> fine, coarse;
-  std::vector<PatchTriangle> fine_triangles, coarse_triangles;
+  std::optional<BoundaryPieces> pieces; ///< where domain errors are to be bounds: what the faces hold
 
   [[nodiscard]] const Point& sample_position(std::uint32_t sample) const {
     return sample < positions.size() ? positions[sample] : centroids[sample - positions.size()];
   }
-  [[nodiscard]] HalfedgeHandle halfedge(Vertex vs, Vertex vd) {
+  [[nodiscard]] HalfedgeHandle halfedge(Vertex vs, Vertex vd) const {
     if (!handle[vs].is_valid()) return HalfedgeHandle();
     for (auto it = surface.cvoh_iter(handle[vs]); it.is_valid(); ++it)
       if (surface.data(surface.to_vertex_handle(*it)).mesh_vertex == vd) return *it;
@@ -214,9 +209,22 @@ bool BoundarySurface::contains(Vertex v) const {
   return impl_->handle[v].is_valid();
 }
 
-bool BoundarySurface::collapse_ok(Vertex vs, Vertex vd) {
-  const HalfedgeHandle h = impl_->halfedge(vs, vd);
-  return h.is_valid() && !impl_->surface.is_boundary(impl_->handle[vs]) && impl_->surface.is_collapse_ok(h);
+bool BoundarySurface::collapse_ok(Vertex vs, Vertex vd) const {
+  const Impl& m = *impl_;
+  const HalfedgeHandle h = m.halfedge(vs, vd);
+  if (!h.is_valid() || m.surface.is_boundary(m.handle[vs])) return false;
+  // OpenMesh's own test marks vertices; with faces all around vs only this is left of it.
+  const VertexHandle left = m.surface.to_vertex_handle(m.surface.next_halfedge_handle(h));
+  const VertexHandle right =
+      m.surface.to_vertex_handle(m.surface.next_halfedge_handle(m.surface.opposite_halfedge_handle(h)));
+  if (left == right) return false;
+  const VertexHandle hd = m.surface.to_vertex_handle(h);
+  for (auto it = m.surface.cvv_iter(m.handle[vs]); it.is_valid(); ++it) {
+    if (*it == left || *it == right) continue;
+    for (auto other = m.surface.cvv_iter(*it); other.is_valid(); ++other)
+      if (*other == hd) return false;
+  }
+  return true;
 }
 
 double BoundarySurface::simulate(Vertex vs, Vertex vd) {
@@ -244,12 +252,16 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd) {
   return worst < m.rounding ? 0 : worst;
 }
 
-double BoundarySurface::bound(Vertex vs, Vertex vd, double limit) {
-  Impl& m = *impl_;
-  m.fine.clear();
-  m.coarse.clear();
-  m.fine_triangles.clear();
-  m.coarse_triangles.clear();
+BoundarySurface::Workspace::Workspace(const BoundarySurface& surface) {
+  if (surface.impl_->pieces) division_.emplace(*surface.impl_->pieces);
+}
+
+double BoundarySurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) const {
+  const Impl& m = *impl_;
+  w.fine_.clear();
+  w.coarse_.clear();
+  w.fine_triangles_.clear();
+  w.coarse_triangles_.clear();
   const auto triangle = [&](Vertex a, Vertex b, Vertex c) {
     return PatchTriangle{{a, b, c}, {m.positions[a], m.positions[b], m.positions[c]}};
   };
@@ -260,23 +272,29 @@ double BoundarySurface::bound(Vertex vs, Vertex vd, double limit) {
     const auto face = static_cast<std::uint32_t>(m.surface.face_handle(h).idx());
     h = m.surface.ccw_rotated_halfedge_handle(h);
     const Vertex c = m.surface.data(m.surface.to_vertex_handle(h)).mesh_vertex;
-    m.fine.push_back(face);
-    m.fine_triangles.push_back(triangle(vs, b, c));
+    w.fine_.push_back(face);
+    w.fine_triangles_.push_back(triangle(vs, b, c));
     if (b == vd || c == vd) continue;
-    m.coarse.push_back(face);
-    m.coarse_triangles.push_back(triangle(vd, b, c));
+    w.coarse_.push_back(face);
+    w.coarse_triangles_.push_back(triangle(vd, b, c));
   } while (h != first);
-  return m.pieces->hand_over(m.fine, m.fine_triangles, m.coarse_triangles, limit);
+  return w.division_->hand_over(w.fine_, w.fine_triangles_, w.coarse_triangles_, limit);
+}
+
+BoundarySurface::Handover BoundarySurface::handover(const Workspace& w) {
+  return {w.fine_, w.coarse_, w.division_->handover()};
 }
 
 bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                      std::span<const SlotId> modified, std::span<const SlotId> deleted) {
-  Impl& m = *impl_;
+                                      std::span<const SlotId> modified, std::span<const SlotId> deleted,
+                                      Workspace& w) const {
+  const Impl& m = *impl_;
   const auto goes = [&](SlotId s) {
     return std::find(modified.begin(), modified.end(), s) != modified.end() ||
            std::find(deleted.begin(), deleted.end(), s) != deleted.end();
   };
-  std::vector<Triangle> made;
+  std::vector<Triangle>& made = w.made_;
+  made.clear();
   bool moves = false;
   for (const SlotId s : modified) {
     if (!complex.is_ghost(complex.slot(s))) continue;
@@ -291,9 +309,9 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
   for (std::size_t i = 0; i < made.size(); ++i) {
     for (std::size_t j = i + 1; j < made.size(); ++j)
       if (faces_meet_improperly(ids(made[i]), ids(made[j]), m.positions)) return true;
-    m.hits.clear();
-    m.index.query({m.positions[made[i][0]], m.positions[made[i][1]], m.positions[made[i][2]]}, m.hits);
-    for (const SlotId s : m.hits)
+    w.hits_.clear();
+    m.index.query({m.positions[made[i][0]], m.positions[made[i][1]], m.positions[made[i][2]]}, w.hits_);
+    for (const SlotId s : w.hits_)
       if (!goes(s) && faces_meet_improperly(ids(made[i]), ids(face_of(complex.slot(s), complex.dummy())), m.positions))
         return true;
   }
@@ -301,17 +319,20 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
 }
 
 void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
-                               std::span<const SlotId> deleted) {
+                               std::span<const SlotId> deleted, const Handover& handover) {
   Impl& m = *impl_;
   m.surface.collapse(m.halfedge(vs, vd));
-  if (m.pieces) m.pieces->commit(m.fine, m.coarse);
   m.handle[vs] = VertexHandle();
-  for (const Impl::Left& face : m.left)
-    m.surface.data(face.face).first_sample = kNone;
-  for (const Impl::Held& held : m.held) {
-    std::uint32_t& first = m.surface.data(m.left[held.left].face).first_sample;
-    m.next_sample[held.sample] = first;
-    first = held.sample;
+  if (m.pieces) {
+    m.pieces->commit(handover.fine, handover.coarse, handover.pieces);
+  } else {
+    for (const Impl::Left& face : m.left)
+      m.surface.data(face.face).first_sample = kNone;
+    for (const Impl::Held& held : m.held) {
+      std::uint32_t& first = m.surface.data(m.left[held.left].face).first_sample;
+      m.next_sample[held.sample] = first;
+      first = held.sample;
+    }
   }
   for (const SlotId s : deleted)
     if (complex.is_ghost(complex.slot(s))) m.index.erase(s);

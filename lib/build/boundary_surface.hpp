@@ -9,17 +9,19 @@
 // vertices alone miss surfaces that span gaps.
 #pragma once
 
+#include "build/boundary_pieces.hpp"
 #include "build/working_complex.hpp"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace ptet::build {
 
 enum class DomainError : std::uint8_t {
-  kSampled, ///< simulate() only
-  kBound,   ///< bound() too; to be called before every collapse
+  kSampled, ///< simulate(), to be called before every collapse
+  kBound,   ///< bound(), whose handover every collapse needs
 };
 
 class BoundarySurface {
@@ -33,22 +35,47 @@ public:
 
   [[nodiscard]] bool contains(Vertex v) const;
   /// Whether vs -> vd keeps the surface a manifold. Both must be on it, vs not frozen; false too when vs vd is no
-  /// edge of it.
-  [[nodiscard]] bool collapse_ok(Vertex vs, Vertex vd);
-  /// Assigns what the faces around vs hold to the faces that vs -> vd would leave; collapse_ok must have been true.
-  /// Returns the largest distance of a sample to its face, mesh units.
+  /// edge of it. Thread rule: const.
+  [[nodiscard]] bool collapse_ok(Vertex vs, Vertex vd) const;
+  /// Assigns the samples that the faces around vs hold to the faces that vs -> vd would leave; collapse_ok must have
+  /// been true. Returns the largest distance of a sample to its face, mesh units.
   [[nodiscard]] double simulate(Vertex vs, Vertex vd);
+  /// What a collapse makes of the pieces of the original boundary around it.
+  struct Handover {
+    std::vector<std::uint32_t> fine, coarse; ///< faces
+    BoundaryPieces::Handover pieces;
+  };
+  /// What one thread needs for bounds and for intersections.
+  class Workspace {
+  public:
+    explicit Workspace(const BoundarySurface& surface);
+
+  private:
+    friend class BoundarySurface;
+    std::optional<BoundaryPieces::Division> division_;
+    std::vector<std::uint32_t> fine_, coarse_;
+    std::vector<PatchTriangle> fine_triangles_, coarse_triangles_;
+    std::vector<std::array<Vertex, 3>> made_;
+    std::vector<SlotId> hits_;
+  };
+
   /// An upper bound on the distance between each face that vs -> vd would leave around vs and the part of the original
   /// boundary that it would stand for, and on the distance of its points to the original boundary; mesh units, 0 when
-  /// that is rounding. Values above `limit` are found early, and are no bounds. collapse_ok must have been true, and
-  /// the surface must have been made with kBound.
-  [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit);
+  /// that is rounding. Values above `limit` are found early, and are no bounds. vs -> vd must be an edge of the surface
+  /// with faces all around vs, and the surface must have been made with kBound.
+  /// Thread rule: const; one workspace a thread. It is about the faces around vs: collapses elsewhere change nothing.
+  [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit, Workspace& workspace) const;
+  /// Of the last bound.
+  [[nodiscard]] static Handover handover(const Workspace& workspace);
   /// Whether a face that vs -> vd would make meets another present face anywhere but where they join.
+  /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                     std::span<const SlotId> modified, std::span<const SlotId> deleted);
-  /// The last simulation and the last bound become true, vs is gone. To be called after the complex has changed.
+                                     std::span<const SlotId> modified, std::span<const SlotId> deleted,
+                                     Workspace& workspace) const;
+  /// The last simulation becomes true, or `handover` where there are bounds; vs is gone. To be called after the complex
+  /// has changed.
   void collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
-                std::span<const SlotId> deleted);
+                std::span<const SlotId> deleted, const Handover& handover);
 
 private:
   struct Impl;

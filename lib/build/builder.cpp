@@ -209,6 +209,8 @@ private:
     std::vector<double> errors;    ///< one a field, fractions of the ranges
     std::vector<double> outside;   ///< likewise, at removed vertices that no tet covers
     std::vector<double> integrals; ///< of the squared error: modified slot x field
+    double domain_error = 0;       ///< a bound, where the collapse moves the boundary
+    BoundarySurface::Handover handover;
   };
 
   [[nodiscard]] bool bounds_domain_error() const { return options_.evaluation == Evaluation::kExact; }
@@ -472,8 +474,7 @@ private:
     double domain_error = 0;
     if (check.moves_boundary()) {
       if (!surface_.collapse_ok(vs, vd)) return false;
-      domain_error = surface_.simulate(vs, vd);
-      if (bounds_domain_error()) domain_error = surface_.bound(vs, vd, domain_limit_);
+      domain_error = bounds_domain_error() ? bound_domain_error(vs, vd, handover_) : surface_.simulate(vs, vd);
       if (domain_error > domain_limit_) return false;
     }
     if (options_.evaluation != Evaluation::kNone) trial.simulate();
@@ -508,16 +509,6 @@ private:
     std::vector<Vertex> apart;
     for (const Vertex vs : picked) {
       if (touched_[vs] == round_) continue;
-      // What the boundary forbids is cheaper to find out than what a measurement costs; the rest is looked at in
-      // parallel.
-      if (surface_.contains(vs)) {
-        const CollapseStatus status = examine(vs, candidates_->best(vs).target).status;
-        if (status != CollapseStatus::kAccepted) {
-          counted(status);
-          candidates_->drop_best(vs, round_);
-          continue;
-        }
-      }
       for (const SlotId s : complex_.star(vs))
         for (const Vertex x : complex_.slot(s).v)
           touched_[x] = round_;
@@ -555,6 +546,10 @@ private:
     const HalfEdge half_edge = candidates_->best(vs);
     Verdict verdict;
     verdict.status = trial.examine(vs, half_edge.target);
+    const bool moves_boundary = trial.check().moves_boundary();
+    // What the boundary forbids is cheaper to find out than what a measurement costs.
+    if (verdict.status == CollapseStatus::kAccepted && moves_boundary)
+      verdict.status = examine_boundary(vs, half_edge.target, trial.check());
     if (verdict.status != CollapseStatus::kAccepted) return verdict;
     const RemovedVertices::Simulation& seen = trial.simulate();
     verdict.errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
@@ -585,6 +580,10 @@ private:
     // Not to be taken now, whatever is left of it in a float.
     if (!whole)
       verdict.cost = std::max(static_cast<float>(enough), std::nextafter(candidates_->round_cost(), INFINITY));
+    if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= candidates_->round_cost()) {
+      verdict.domain_error = bound_domain_error(vs, half_edge.target, verdict.handover);
+      if (verdict.domain_error > domain_limit_) verdict.status = CollapseStatus::kDomainError;
+    }
     return verdict;
   }
 
@@ -601,7 +600,7 @@ private:
 
   struct Allowed {
     CollapseStatus status;
-    double domain_error; ///< sampled
+    double domain_error; ///< sampled, unless it is to be bounded
   };
   /// All that does not look at fields, by this thread's trial.
   [[nodiscard]] Allowed examine(Vertex vs, Vertex vd) {
@@ -609,16 +608,31 @@ private:
     const CollapseCheck& check = trial.check();
     const CollapseStatus status = trial.examine(vs, vd);
     if (status != CollapseStatus::kAccepted || !check.moves_boundary()) return {status, 0};
-    if (!surface_.collapse_ok(vs, vd)) return {CollapseStatus::kSurfaceTopology, 0};
+    if (const CollapseStatus refused = examine_boundary(vs, vd, check); refused != CollapseStatus::kAccepted)
+      return {refused, 0};
+    if (bounds_domain_error()) return {CollapseStatus::kAccepted, 0};
     const double domain_error = surface_.simulate(vs, vd);
-    if (domain_error > domain_limit_) return {CollapseStatus::kDomainError, domain_error};
-    if (surface_.would_intersect(complex_, vs, vd, check.modified(), check.deleted()))
-      return {CollapseStatus::kSelfIntersection, domain_error};
-    return {CollapseStatus::kAccepted, domain_error};
+    return {domain_error > domain_limit_ ? CollapseStatus::kDomainError : CollapseStatus::kAccepted, domain_error};
+  }
+
+  /// What the boundary says, but for how far it moves. Thread rule: const.
+  [[nodiscard]] CollapseStatus examine_boundary(Vertex vs, Vertex vd, const CollapseCheck& check) const {
+    if (!surface_.collapse_ok(vs, vd)) return CollapseStatus::kSurfaceTopology;
+    return surface_.would_intersect(complex_, vs, vd, check.modified(), check.deleted(), surface_workspaces_.local())
+               ? CollapseStatus::kSelfIntersection
+               : CollapseStatus::kAccepted;
+  }
+
+  /// What bounds the domain error of a collapse, and what the collapse needs of it. Thread rule: const.
+  [[nodiscard]] double bound_domain_error(Vertex vs, Vertex vd, BoundarySurface::Handover& handover) const {
+    BoundarySurface::Workspace& workspace = surface_workspaces_.local();
+    const double bound = surface_.bound(vs, vd, domain_limit_, workspace);
+    if (!(bound > domain_limit_)) handover = BoundarySurface::handover(workspace);
+    return bound;
   }
 
   /// `measured`: what is known exactly; null: the errors are those at the removed vertices, or as predicted.
-  CollapseStatus try_collapse(Vertex vs, Vertex vd, const Verdict* measured) {
+  CollapseStatus try_collapse(Vertex vs, Vertex vd, Verdict* measured) {
     const auto [status, sampled_domain_error] = examine(vs, vd);
     if (status != CollapseStatus::kAccepted) return status;
     Trial& trial = candidates_->trial();
@@ -643,7 +657,12 @@ private:
       if (!trial.measure(everywhere, nullptr, field_limit_, [] { return false; })) return CollapseStatus::kFieldError;
     }
     if (check.moves_boundary() && bounds_domain_error()) {
-      domain_error = surface_.bound(vs, vd, domain_limit_);
+      if (measured != nullptr) {
+        domain_error = measured->domain_error;
+        handover_ = std::move(measured->handover);
+      } else {
+        domain_error = bound_domain_error(vs, vd, handover_);
+      }
       if (domain_error > domain_limit_) return CollapseStatus::kDomainError;
     }
     commit(vs, vd, trial, domain_error, measured, height_of_record(vs));
@@ -669,7 +688,7 @@ private:
     if (options_.evaluation != Evaluation::kNone) removed_.commit(complex_, deleted, trial.last_simulation());
     predictor_->collapse(vs, vd, deleted, modified);
     complex_.collapse(vs, vd, deleted, modified);
-    if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted);
+    if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted, handover_);
 
     stream_.removed.push_back(VertexId{vs});
     stream_.target.push_back(VertexId{vd});
@@ -786,6 +805,9 @@ private:
   double vertex_volume_ = 0;         ///< of an average vertex
   std::vector<double> slot_squared_; ///< slot x field: integral of the squared error, where that is measured
   std::vector<double> record_errors_, outside_errors_; ///< of the collapse in hand
+  BoundarySurface::Handover handover_;                 ///< likewise
+  mutable oneapi::tbb::enumerable_thread_specific<BoundarySurface::Workspace> surface_workspaces_{
+      [this] { return BoundarySurface::Workspace(surface_); }};
   RecordStream stream_;
 };
 

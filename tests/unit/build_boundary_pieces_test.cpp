@@ -77,6 +77,7 @@ public:
         original_.push_back({id(x, y), id(x + 1, y + 1), id(x, y + 1)});
       }
     pieces_.emplace(points_, original_, 1.5 * n);
+    division_.emplace(*pieces_);
     for (std::uint32_t f = 0; f < original_.size(); ++f) {
       pieces_->add(f, original_[f]);
       faces_[f] = original_[f];
@@ -153,9 +154,9 @@ private:
       coarse.push_back(f);
       coarse_triangles.push_back(patch(moved));
     }
-    const double bound = pieces_->hand_over(fine, fine_triangles, coarse_triangles, kInfinity);
+    const double bound = division_->hand_over(fine, fine_triangles, coarse_triangles, kInfinity);
     worst = std::max(worst, bound);
-    pieces_->commit(fine, coarse);
+    pieces_->commit(fine, coarse, division_->handover());
     for (const std::uint32_t f : fine)
       faces_.erase(f);
     for (std::size_t i = 0; i < coarse.size(); ++i)
@@ -169,6 +170,7 @@ private:
   std::vector<std::array<Vertex, 3>> original_;
   std::map<std::uint32_t, std::array<Vertex, 3>> faces_;
   std::optional<BoundaryPieces> pieces_;
+  std::optional<BoundaryPieces::Division> division_;
 };
 
 } // namespace

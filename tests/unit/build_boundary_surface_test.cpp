@@ -22,10 +22,11 @@ struct Moving {
   Fixture fixture;
   std::vector<char> frozen;
   build::BoundarySurface surface{fixture.complex, fixture.points, 10, frozen};
+  build::BoundarySurface::Workspace workspace{surface};
 
   bool would_intersect(Vertex vs, Vertex vd) {
     classify(vs, vd);
-    return surface.would_intersect(fixture.complex, vs, vd, modified, deleted);
+    return surface.would_intersect(fixture.complex, vs, vd, modified, deleted, workspace);
   }
   /// Collapses, and returns the domain error. Only the surface is asked.
   double collapse(Vertex vs, Vertex vd) {
@@ -33,7 +34,7 @@ struct Moving {
     const double error = surface.simulate(vs, vd);
     classify(vs, vd);
     fixture.complex.collapse(vs, vd, deleted, modified);
-    surface.collapse(fixture.complex, vs, vd, modified, deleted);
+    surface.collapse(fixture.complex, vs, vd, modified, deleted, {});
     return error;
   }
 
@@ -136,7 +137,8 @@ TEST_CASE("boundary: bounds on the domain error, by hand", "[build][boundary]") 
     std::vector<char> frozen(f.points.size(), 0);
     build::BoundarySurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
     REQUIRE(surface.collapse_ok(0, vd));
-    return surface.bound(0, vd, 100);
+    build::BoundarySurface::Workspace workspace(surface);
+    return surface.bound(0, vd, 100, workspace);
   };
   for (const Vertex vd : {2U, 3U}) {
     CHECK(bound(tent(0), vd) == 0);
