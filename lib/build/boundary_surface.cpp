@@ -1,5 +1,6 @@
 #include "build/boundary_surface.hpp"
 
+#include "build/collapse_geometry.hpp"
 #include "build/face_index.hpp"
 #include "error/closest_point.hpp"
 #include "mesh/predicates.hpp"
@@ -122,11 +123,17 @@ struct BoundarySurface::Impl {
   struct Left {
     FaceHandle face;
     std::array<Point, 3> x;
+    Vec3 normal; ///< of length 1; 0 when the face is degenerate
   };
   struct Held {
     std::uint32_t sample;
     std::uint32_t left;
   };
+  struct Around {
+    std::uint32_t first_sample; ///< that the face holds
+    std::uint32_t left;         ///< what becomes of it; kNone when it goes
+  };
+  std::vector<Around> around;
   std::vector<Left> left;
   std::vector<Held> held;
 
@@ -141,17 +148,24 @@ struct BoundarySurface::Impl {
       if (surface.data(surface.to_vertex_handle(*it)).mesh_vertex == vd) return *it;
     return HalfedgeHandle();
   }
-  double hold(std::uint32_t sample) {
+  /// Finds the face nearest to a sample, or one that it lies on; `likely` is tried first. Returns the squared distance.
+  double hold(std::uint32_t sample, std::uint32_t likely) {
     const Point& p = sample_position(sample);
     double nearest = std::numeric_limits<double>::infinity();
     std::uint32_t best = 0;
-    for (std::uint32_t i = 0; i < left.size(); ++i) {
-      const double d = closest_on_triangle(p, left[i].x[0], left[i].x[1], left[i].x[2]).distance_sq;
+    const auto look_at = [&](std::uint32_t i) {
+      const Left& face = left[i];
+      const double above = dot(face.normal, p - face.x[0]); // its plane is nearer than the face
+      if (above * above >= nearest) return;
+      const double d = closest_on_triangle(p, face.x[0], face.x[1], face.x[2]).distance_sq;
       if (d < nearest) {
         nearest = d;
         best = i;
       }
-    }
+    };
+    if (likely < left.size()) look_at(likely);
+    for (std::uint32_t i = 0; i < left.size() && nearest > rounding * rounding; ++i)
+      if (i != likely) look_at(i);
     held.push_back({sample, best});
     return nearest;
   }
@@ -233,8 +247,9 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd) {
   m.held.clear();
   const VertexHandle hs = m.handle[vs];
   const Point& target = m.positions[vd];
+  m.around.clear();
   for (auto it = m.surface.cvf_iter(hs); it.is_valid(); ++it) {
-    Impl::Left face{*it, {}};
+    Impl::Left face{*it, {}, {}};
     bool deleted = false;
     std::size_t i = 0;
     for (auto v = m.surface.cfv_iter(*it); v.is_valid(); ++v, ++i) {
@@ -242,12 +257,17 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd) {
       deleted |= x == vd;
       face.x[i] = x == vs ? target : m.positions[x];
     }
-    if (!deleted) m.left.push_back(face);
+    m.around.push_back({m.surface.data(*it).first_sample, deleted ? kNone : static_cast<std::uint32_t>(m.left.size())});
+    if (deleted) continue;
+    const Vec3 normal = cross(face.x[1] - face.x[0], face.x[2] - face.x[0]);
+    const double length = norm(normal);
+    if (length > 0) face.normal = (1 / length) * normal;
+    m.left.push_back(face);
   }
-  double worst_sq = m.hold(vs);
-  for (auto it = m.surface.cvf_iter(hs); it.is_valid(); ++it)
-    for (std::uint32_t sample = m.surface.data(*it).first_sample; sample != kNone; sample = m.next_sample[sample])
-      worst_sq = std::max(worst_sq, m.hold(sample));
+  double worst_sq = m.hold(vs, kNone);
+  for (const auto& [first_sample, face] : m.around)
+    for (std::uint32_t sample = first_sample; sample != kNone; sample = m.next_sample[sample])
+      worst_sq = std::max(worst_sq, m.hold(sample, face));
   const double worst = std::sqrt(worst_sq);
   return worst < m.rounding ? 0 : worst;
 }
@@ -286,33 +306,35 @@ BoundarySurface::Handover BoundarySurface::handover(const Workspace& w) {
 }
 
 bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                      std::span<const SlotId> modified, std::span<const SlotId> deleted,
-                                      Workspace& w) const {
+                                      std::span<const SlotId> modified, Workspace& w) const {
   const Impl& m = *impl_;
-  const auto goes = [&](SlotId s) {
-    return std::find(modified.begin(), modified.end(), s) != modified.end() ||
-           std::find(deleted.begin(), deleted.end(), s) != deleted.end();
-  };
   std::vector<Triangle>& made = w.made_;
   made.clear();
+  BoundingBox all;
   bool moves = false;
   for (const SlotId s : modified) {
     if (!complex.is_ghost(complex.slot(s))) continue;
     Triangle face = face_of(complex.slot(s), complex.dummy());
     std::replace(face.begin(), face.end(), vs, vd);
     made.push_back(face);
+    for (const Vertex x : face)
+      all.add(m.positions[x]);
     moves |= orientation(m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vs]) != 0;
   }
   // In its own plane the surface stays the same set of points, as the tets behind it stay positive.
   if (!moves) return false;
   const auto ids = [](const Triangle& t) { return Face{VertexId{t[0]}, VertexId{t[1]}, VertexId{t[2]}}; };
+  w.hits_.clear();
+  m.index.query(all, w.hits_);
+  std::erase_if(w.hits_, [&](SlotId s) { return has_corner(complex.slot(s).v, vs); }); // they go
   for (std::size_t i = 0; i < made.size(); ++i) {
     for (std::size_t j = i + 1; j < made.size(); ++j)
       if (faces_meet_improperly(ids(made[i]), ids(made[j]), m.positions)) return true;
-    w.hits_.clear();
-    m.index.query({m.positions[made[i][0]], m.positions[made[i][1]], m.positions[made[i][2]]}, w.hits_);
+    const BoundingBox box =
+        box_of(std::array{m.positions[made[i][0]], m.positions[made[i][1]], m.positions[made[i][2]]});
     for (const SlotId s : w.hits_)
-      if (!goes(s) && faces_meet_improperly(ids(made[i]), ids(face_of(complex.slot(s), complex.dummy())), m.positions))
+      if (m.index.box(s).meets(box) &&
+          faces_meet_improperly(ids(made[i]), ids(face_of(complex.slot(s), complex.dummy())), m.positions))
         return true;
   }
   return false;

@@ -70,8 +70,7 @@ public:
   /// Whether a face that vs -> vd would make meets another present face anywhere but where they join.
   /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                     std::span<const SlotId> modified, std::span<const SlotId> deleted,
-                                     Workspace& workspace) const;
+                                     std::span<const SlotId> modified, Workspace& workspace) const;
   /// The last simulation becomes true, or `handover` where there are bounds; vs is gone. To be called after the complex
   /// has changed.
   void collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,

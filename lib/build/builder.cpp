@@ -618,7 +618,7 @@ private:
   /// What the boundary says, but for how far it moves. Thread rule: const.
   [[nodiscard]] CollapseStatus examine_boundary(Vertex vs, Vertex vd, const CollapseCheck& check) const {
     if (!surface_.collapse_ok(vs, vd)) return CollapseStatus::kSurfaceTopology;
-    return surface_.would_intersect(complex_, vs, vd, check.modified(), check.deleted(), surface_workspaces_.local())
+    return surface_.would_intersect(complex_, vs, vd, check.modified(), surface_workspaces_.local())
                ? CollapseStatus::kSelfIntersection
                : CollapseStatus::kAccepted;
   }

@@ -46,9 +46,9 @@ public:
     for (std::size_t node = leaf_count_ - 1; node > 0; --node)
       boxes_[node] = joined(node);
   }
-  /// Appends the faces whose box meets that of the triangle.
-  void query(const Corners& corners, std::vector<SlotId>& hits) const {
-    const BoundingBox wanted = box_of(corners);
+  [[nodiscard]] const BoundingBox& box(SlotId s) const { return boxes_[leaf_count_ + leaf_[s - first_ghost_]]; }
+  /// Appends the faces whose box meets this one.
+  void query(const BoundingBox& wanted, std::vector<SlotId>& hits) const {
     std::array<std::size_t, 64> pending; // one for each level, and there are 32 at most
     std::size_t count = 0;
     if (!boxes_.empty()) pending[count++] = 1;

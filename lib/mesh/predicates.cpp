@@ -1,6 +1,9 @@
 #include "mesh/predicates.hpp"
 
+#include "mesh/vec3.hpp"
+
 #include <algorithm>
+#include <cmath>
 #include <variant>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -65,6 +68,37 @@ bool meet_beside_edge(const Point3& p, const Point3& q, const Point3& a, const P
   return both_beyond(p, q) || both_beyond(q, p);
 }
 
+/// How far `x` lies from `from` along `n`, less what rounding may have added to it. `n` is taken as it stands.
+double surely_along(const Vec3& n, const Point& from, const Point& x) {
+  double sum = 0, size = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double product = n[i] * (x[i] - from[i]);
+    sum += product;
+    size += std::abs(product);
+  }
+  return sum - 1e-14 * size - 1e-300;
+}
+
+/// Whether the triangles (p, a, b) and (p, c, d) are seen to lie on different sides of the plane through p that is
+/// across the directions in which they go. False decides nothing.
+bool surely_leave_vertex(const Point& p, const Point& a, const Point& b, const Point& c, const Point& d) {
+  using namespace vec;
+  const Vec3 s = (a - p) + (b - p), t = (c - p) + (d - p);
+  const double s_length = norm(s), t_length = norm(t);
+  if (!(s_length > 0 && t_length > 0)) return false;
+  const Vec3 n = (1 / s_length) * s - (1 / t_length) * t, back = -1.0 * n;
+  return surely_along(n, p, a) > 0 && surely_along(n, p, b) > 0 && surely_along(back, p, c) > 0 &&
+         surely_along(back, p, d) > 0;
+}
+
+/// Whether the triangles (p, q, a) and (p, q, b) are seen to make an angle of more than 90 degrees. False decides
+/// nothing.
+bool surely_leave_edge(const Point& p, const Point& q, const Point& a, const Point& b) {
+  using namespace vec;
+  const Vec3 e = q - p, to_a = a - p, to_b = b - p;
+  return dot(cross(to_a, e), cross(to_b, e)) < -(1e-13 * dot(e, e) * norm(to_a) * norm(to_b) + 1e-300);
+}
+
 } // namespace
 
 int detail::exact_orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
@@ -97,10 +131,12 @@ bool faces_meet_improperly(const Face& s, const Face& t, std::span<const Point> 
   switch (common) {
   case 0: return triangles_cross({s0, s1, s2}, {t0, t1, t2});
   case 1:
+    if (surely_leave_vertex(s0, s1, s2, t1, t2)) return false;
     if (strictly_one_side(orientation(s0, s1, s2, t1), orientation(s0, s1, s2, t2))) return false;
     if (strictly_one_side(orientation(t0, t1, t2, s1), orientation(t0, t1, t2, s2))) return false;
     return meet_beside_vertex(cgal(s0), cgal(s1), cgal(s2), cgal(t1), cgal(t2));
   case 2:
+    if (surely_leave_edge(s0, s1, s2, t2)) return false;
     if (orientation(s0, s1, s2, t2) != 0) return false;
     return meet_beside_edge(cgal(s0), cgal(s1), cgal(s2), cgal(t2));
   default: return true;

@@ -41,6 +41,9 @@ namespace detail {
   const double bound = 0x1p-50 * permanent + 1e-300 * (b_height + c_height + d_height + 1.0);
   if (det > bound) return 1;
   if (det < -bound) return -1;
+  // In a plane across an axis: boundaries often are, and exact arithmetic takes its time to find that out.
+  if ((bax == 0 && cax == 0 && dax == 0) || (bay == 0 && cay == 0 && day == 0) || (baz == 0 && caz == 0 && daz == 0))
+    return 0;
   return detail::exact_orientation(a, b, c, d);
 }
 

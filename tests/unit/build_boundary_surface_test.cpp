@@ -26,7 +26,7 @@ struct Moving {
 
   bool would_intersect(Vertex vs, Vertex vd) {
     classify(vs, vd);
-    return surface.would_intersect(fixture.complex, vs, vd, modified, deleted, workspace);
+    return surface.would_intersect(fixture.complex, vs, vd, modified, workspace);
   }
   /// Collapses, and returns the domain error. Only the surface is asked.
   double collapse(Vertex vs, Vertex vd) {
