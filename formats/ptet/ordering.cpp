@@ -50,12 +50,11 @@ std::vector<std::uint64_t> morton_codes(const TetMesh& mesh) {
   return codes;
 }
 
-void order_base(const TetMesh& mesh, const RecordStream& records, const std::vector<std::uint64_t>& codes,
-                FileOrder& order) {
+void order_base(const RecordStream& records, const std::vector<std::uint64_t>& codes, FileOrder& order) {
   std::vector<char> removed(codes.size()), used(codes.size());
   for (const VertexId v : records.removed)
     removed[v.index()] = 1;
-  for (const Tet& tet : mesh.tets) {
+  for (const Tet& tet : records.original_tets()) {
     for (const VertexId v : tet)
       used[v.index()] = 1;
   }
@@ -164,7 +163,7 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std
                      std::uint32_t records_per_block) {
   FileOrder order;
   const auto codes = morton_codes(mesh);
-  order_base(mesh, records, codes, order);
+  order_base(records, codes, order);
   const auto generation = generations_of(records, consumers);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
 

@@ -51,9 +51,11 @@ public:
   [[nodiscard]] std::vector<std::byte> assemble(const Manifest& manifest);
 
 private:
-  [[nodiscard]] Content full_content() const;
+  [[nodiscard]] Content full_content();
+  void take_back(Content& content);
   [[nodiscard]] std::vector<std::size_t> stream_fields() const;
   [[nodiscard]] std::size_t record_count() const { return records_.size(); }
+  [[nodiscard]] std::span<const Tet> original_tets() const { return records_.original_tets(); }
   [[nodiscard]] std::uint32_t parent_of(VersionId stream_version) const { return consumers_[stream_version.index()]; }
   [[nodiscard]] std::vector<double> squared_sums(const BlockInfo& info) const;
   void note_others(OtherParents& others, RecordId r) const;
@@ -100,7 +102,8 @@ private:
 };
 
 void Encoding::check_input() const {
-  if (mesh_.vertex_count() >= 0x7FFFFFF0 || mesh_.tets.size() >= 0x3FFFFFFF || records_.versions.size() >= 0xFFFFFFFE) {
+  if (mesh_.vertex_count() >= 0x7FFFFFF0 || original_tets().size() >= 0x3FFFFFFF ||
+      records_.versions.size() >= 0xFFFFFFFE) {
     throw Error(ErrorCode::kLimit, "the mesh is too large for a .ptet file");
   }
   if (mesh_.point_arrays.size() > kMaxArrays)
@@ -149,14 +152,14 @@ void Encoding::describe() {
   Header& header = fixed_.header;
   header.base_vertex_count = order_.base_vertex_count;
   header.record_count = static_cast<std::uint32_t>(record_count());
-  header.tet_count = static_cast<std::uint32_t>(mesh_.tets.size());
+  header.tet_count = static_cast<std::uint32_t>(original_tets().size());
   header.block_count = static_cast<std::uint32_t>(order_.blocks.size());
   header.position_type = mesh_.positions.type;
   header.diagonal = records_.diagonal;
   header.volume = records_.volume;
   header.has_squared_errors = records_.has_squared_errors();
   std::vector<char> used(mesh_.vertex_count());
-  for (const Tet& tet : mesh_.tets) {
+  for (const Tet& tet : original_tets()) {
     for (const VertexId v : tet)
       used[v.index()] = 1;
   }
@@ -340,17 +343,25 @@ void Encoding::find_needs() {
   }
 }
 
-Content Encoding::full_content() const {
-  return {Refinement(base_tets_, order_.base_vertex_count, static_cast<std::uint32_t>(record_count())),
-          positions_,
-          arrays_,
-          schema_->code_count(),
-          own_,
-          monotone_,
-          order_code_,
-          squared_code_,
-          order_.generation,
+/// Takes what is per record and vertex with it: two copies of these would stand beside the refinement, the largest
+/// thing there is.
+Content Encoding::full_content() {
+  Refinement refinement(base_tets_, order_.base_vertex_count, static_cast<std::uint32_t>(record_count()));
+  refinement.reserve(records_.versions.size());
+  return {std::move(refinement),           std::move(positions_),    std::move(arrays_),
+          schema_->code_count(),           std::move(own_),          std::move(monotone_),
+          std::move(order_code_),          std::move(squared_code_), std::move(order_.generation),
           std::vector<char>(infos_.size())};
+}
+
+void Encoding::take_back(Content& content) {
+  positions_ = std::move(content.positions);
+  arrays_ = std::move(content.arrays);
+  own_ = std::move(content.own);
+  monotone_ = std::move(content.monotone);
+  order_code_ = std::move(content.order);
+  squared_code_ = std::move(content.squared_error);
+  order_.generation = std::move(content.generation);
 }
 
 void Encoding::match_base(const Refinement& refinement) {
@@ -370,6 +381,7 @@ void Encoding::match_base(const Refinement& refinement) {
     stream_of_[t] = found->second;
     version_of_[found->second] = VersionId{t};
   }
+  consumers_ = {};
 }
 
 void Encoding::match_fine(const Refinement& refinement, RecordId r, std::size_t record) {
@@ -505,6 +517,7 @@ void Encoding::choose_seeds_and_train() {
       },
       "ordering records");
   initial_ = counter.trained();
+  take_back(content);
 }
 
 void Encoding::code_blocks() {
@@ -514,6 +527,7 @@ void Encoding::code_blocks() {
   code_all(
       content, codec, [&](std::uint32_t block) -> RangeEncoder& { return encoders[block]; },
       [](const BlockState&, RecordId, std::size_t) {}, "writing records");
+  take_back(content);
   for (std::uint32_t b = 0; b < infos_.size(); ++b) {
     ByteWriter out;
     const std::span generations(order_.generation);

@@ -10,8 +10,8 @@
 
 namespace ptet::file {
 
-/// Writes `mesh` (full resolution, in the numbering of `records`) with its records to `path`, through a temporary file
-/// in the same folder, synced and renamed. Returns the size of the file in bytes.
+/// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records to
+/// `path`, through a temporary file in the same folder, synced and renamed. Returns the size of the file in bytes.
 /// Unused vertices are kept as base vertices without tets.
 /// Throws Error: kIo (message names the path and the system's reason), kLimit, kCancelled. Nothing is left behind.
 std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,

@@ -79,6 +79,12 @@ public:
   /// tets with the same vertices; Error(kLimit) when the counts do not fit 32-bit ids.
   Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
 
+  /// Makes room for so many versions at the end, so that their lists need not grow, which takes twice the memory.
+  void reserve(std::size_t version_count) {
+    versions_.reserve(version_count);
+    state_.reserve(version_count);
+  }
+
   [[nodiscard]] std::uint32_t base_vertex_count() const { return base_vertex_count_; }
   [[nodiscard]] std::uint32_t record_count() const { return static_cast<std::uint32_t>(target_.size()); }
   [[nodiscard]] VertexId vertex_of(RecordId r) const { return VertexId{base_vertex_count_ + r.index()}; }

@@ -73,6 +73,8 @@ struct RecordStream {
   std::vector<std::uint32_t> also_needs;
 
   [[nodiscard]] std::size_t size() const { return removed.size(); }
+  /// Those that there were before any collapse.
+  [[nodiscard]] std::span<const Tet> original_tets() const { return {versions.data(), original_tet_count}; }
   [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
     return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
   }
