@@ -137,7 +137,12 @@ public:
     stream_.volume = scales_.volume;
     squared_scale_ = squared_scales(fields_, stream_.volume);
     vertex_volume_ = stream_.volume / std::max<double>(1, scales_.vertex_count);
-    if (evaluates_exactly()) slot_squared_.resize(complex_.slot_count() * fields_.field_count());
+    if (evaluates_exactly()) {
+      slot_squared_.resize(complex_.slot_count() * fields_.field_count());
+      known_.resize(prepared.used_vertex_count);
+    }
+    // Where errors have limits, what a measurement ends with depends on what it has seen.
+    remembers_ = !has_field_limits();
     frozen_.resize(prepared.used_vertex_count);
     candidates_.emplace(
         complex_, surface_, *predictor_, quadrics_, cost_, options.prediction, options.round_fraction,
@@ -541,7 +546,7 @@ private:
 
   /// The exact errors of a candidate and what it costs by them; at least kGiveUpAt times the round's cost when it was
   /// given up.
-  [[nodiscard]] Verdict measure(Vertex vs, Trial& trial) const {
+  [[nodiscard]] Verdict measure(Vertex vs, Trial& trial) {
     const std::size_t fields = fields_.field_count();
     const HalfEdge half_edge = candidates_->best(vs);
     Verdict verdict;
@@ -555,26 +560,28 @@ private:
     verdict.errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
     verdict.outside.assign(seen.errors_outside().begin(), seen.errors_outside().end());
     // The integral grows from what stands in the star now to what the collapse makes of it.
-    std::vector<double> growth(fields), cost_growth(fields);
+    std::vector<double> before(fields), growth(fields);
     for (const std::span<const SlotId> part : {trial.check().deleted(), trial.check().modified()})
       for (const SlotId s : part)
         for (std::size_t f = 0; f < fields; ++f)
-          growth[f] -= slot_squared_[s * fields + f];
+          before[f] += slot_squared_[s * fields + f];
     const double enough = kGiveUpAt * static_cast<double>(candidates_->round_cost());
+    // Always in the order of the slots, and of what has not been measured nothing: the sums only rise, and whether they
+    // pass a limit does not depend on what was measured first.
     const auto cost = [&] {
+      std::fill(growth.begin(), growth.end(), 0.0);
+      for (std::size_t i = 0; i < verdict.integrals.size(); ++i)
+        growth[i % fields] += verdict.integrals[i];
       for (std::size_t f = 0; f < fields; ++f)
-        cost_growth[f] = growth[f] / vertex_volume_;
-      return std::max(
-          {cost_.of_maximum(verdict.errors), cost_.of_maximum(verdict.outside), cost_.of_mean(cost_growth)});
+        growth[f] = (growth[f] - before[f]) / vertex_volume_;
+      return std::max({cost_.of_maximum(verdict.errors), cost_.of_maximum(verdict.outside), cost_.of_mean(growth)});
     };
     std::vector<double> limit = field_limit_;
     for (std::size_t f = 0; f < fields; ++f)
       limit[f] = std::min(limit[f], cost_.error_at(enough, f));
-    const bool whole = trial.measure(verdict.errors, &verdict.integrals, limit, [&] {
-      for (std::size_t f = 0; f < fields; ++f)
-        growth[f] += verdict.integrals[verdict.integrals.size() - fields + f];
-      return cost() > enough;
-    });
+    if (remembers_ && !known_[vs]) known_[vs] = std::make_unique<KnownVersions>();
+    const bool whole = trial.measure(
+        verdict.errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known_[vs].get());
     if (beyond_limit(verdict.errors) || beyond_limit(verdict.outside)) verdict.status = CollapseStatus::kFieldError;
     verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
     // Not to be taken now, whatever is left of it in a float.
@@ -584,6 +591,8 @@ private:
       verdict.domain_error = bound_domain_error(vs, half_edge.target, verdict.handover);
       if (verdict.domain_error > domain_limit_) verdict.status = CollapseStatus::kDomainError;
     }
+    // What is not put back does not come up again.
+    if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= candidates_->round_cost()) known_[vs].reset();
     return verdict;
   }
 
@@ -804,6 +813,8 @@ private:
   std::vector<double> squared_scale_;
   double vertex_volume_ = 0;         ///< of an average vertex
   std::vector<double> slot_squared_; ///< slot x field: integral of the squared error, where that is measured
+  std::vector<std::unique_ptr<KnownVersions>> known_;  ///< by vertex: where a measured half-edge was put back
+  bool remembers_ = false;                             ///< whether it is kept
   std::vector<double> record_errors_, outside_errors_; ///< of the collapse in hand
   BoundarySurface::Handover handover_;                 ///< likewise
   mutable oneapi::tbb::enumerable_thread_specific<BoundarySurface::Workspace> surface_workspaces_{

@@ -63,23 +63,27 @@ void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Verte
   if (!cell.flat) cell.row = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
 }
 
-void RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
-                                std::vector<double>& errors) const {
+double RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
+                                  std::vector<double>& errors) const {
   const std::size_t channels = fields_.channel_count();
   const double* const f = values(point);
   std::array<const double*, 4> g{};
   for (std::size_t i = 0; i < 4; ++i)
     g[i] = fields_.at(cell.v[i]);
   double sum_sq = 0;
+  double worst = 0;
   for (std::size_t c = 0; c < channels; ++c) {
     const double value = weight[0] * g[0][c] + weight[1] * g[1][c] + weight[2] * g[2][c] + weight[3] * g[3][c];
     sum_sq += (f[c] - value) * (f[c] - value);
     if (!fields_.ends_field(c)) continue;
     const std::size_t field = fields_.field_of(c);
     if (sum_sq < kRounding * kRounding) sum_sq = 0;
-    errors[field] = std::max(errors[field], std::sqrt(sum_sq));
+    const double error = std::sqrt(sum_sq);
+    errors[field] = std::max(errors[field], error);
+    worst = std::max(worst, error);
     sum_sq = 0;
   }
+  return worst;
 }
 
 void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
@@ -90,7 +94,7 @@ void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
     if (cells[c].flat || !(least_barycentric(cells[c], p, weight) >= kInside)) continue;
     held.push_back({point, c, false});
-    see_error(point, cells[c], weight, simulation.errors_inside_);
+    cells[c].worst = std::max(cells[c].worst, see_error(point, cells[c], weight, simulation.errors_inside_));
     return;
   }
   ClosestOnTet nearest{{}, std::numeric_limits<double>::infinity()};

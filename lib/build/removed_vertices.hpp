@@ -34,6 +34,12 @@ public:
     /// Likewise at those that lie in a modified tet, and at those that do not.
     [[nodiscard]] std::span<const double> errors_inside() const { return errors_inside_; }
     [[nodiscard]] std::span<const double> errors_outside() const { return errors_outside_; }
+    /// Likewise the largest of any field at those in the tet of modified slot `s`; 0 for others.
+    [[nodiscard]] double error_in(SlotId s) const {
+      for (const Cell& cell : cells_)
+        if (cell.slot == s) return cell.worst;
+      return 0;
+    }
 
   private:
     friend class RemovedVertices;
@@ -42,7 +48,8 @@ public:
       std::array<Vertex, 4> v;
       std::array<Point, 4> x;
       std::array<std::array<double, 3>, 3> row; ///< barycentrics 1..3 of p: row . (p - x[0])
-      bool flat;
+      double worst = 0;                         ///< error of any field at what it holds, unless that lies outside
+      bool flat = false;
     };
     struct Held {
       Vertex point;
@@ -72,8 +79,9 @@ private:
   [[nodiscard]] static double least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight);
   void add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd, Simulation& simulation) const;
   void hold(Vertex point, Simulation& simulation) const;
-  void see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
-                 std::vector<double>& errors) const;
+  /// Returns the largest error of any field.
+  double see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
+                   std::vector<double>& errors) const;
   void hold_outside_points_now_covered(std::span<const SlotId> deleted, Simulation& simulation) const;
   void let_go(WorkingComplex& complex, Vertex point);
   /// Of a vertex, or behind them of a sample.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 
 namespace ptet::build {
 
@@ -19,30 +20,94 @@ const RemovedVertices::Simulation& Trial::simulate() {
   return simulation_;
 }
 
-bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals,
-                         const std::vector<double>& limit) {
-  squared_.assign(errors.size(), 0.0);
-  bool whole = true;
-  if (!complex_.is_ghost(complex_.slot(slot))) {
-    Tet version;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const Vertex x = complex_.slot(slot).v[i];
-      version[i] = VertexId{x == check_.plan().vs ? check_.plan().vd : x};
-    }
-    measured_ = errors;
-    const std::span<double> squared = integrals != nullptr ? std::span<double>(squared_) : std::span<double>();
-    walk_limit_ = limit;
-    for (double& most : walk_limit_)
-      most = std::max(most, kRoundingSlack); // what is below counts as none
-    whole = exact_->measure(version, *workspace_, measured_, squared, walk_limit_);
-    for (std::size_t f = 0; f < errors.size(); ++f) {
-      if (measured_[f] > errors[f]) errors[f] = certified(measured_[f]);
+/// The modified tets: first what is known, and those in which the largest errors are known, or seen.
+void Trial::order_slots() {
+  order_.clear();
+  for (std::size_t i = 0; i < check_.modified().size(); ++i) {
+    const Slot& slot = complex_.slot(check_.modified()[i]);
+    if (complex_.is_ghost(slot)) continue;
+    Next next{false, simulation_.error_in(check_.modified()[i]), i};
+    if (known_ != nullptr)
+      if (const std::size_t at = find_known(slot.version); at < known_->keys.size()) {
+        const std::size_t fields = known_->values.size() / known_->keys.size() / 2;
+        const auto errors = known_->values.begin() + static_cast<std::ptrdiff_t>(2 * fields * at);
+        next = {true, *std::max_element(errors, errors + static_cast<std::ptrdiff_t>(fields)), i};
+      }
+    order_.push_back(next);
+  }
+  std::sort(order_.begin(), order_.end(), [](const Next& a, const Next& b) {
+    return std::tie(b.is_known, b.worst, a.index) < std::tie(a.is_known, a.worst, b.index);
+  });
+}
+
+/// Drops what is known of versions that cannot be made any more.
+void Trial::forget_gone() {
+  const auto star = complex_.star(check_.plan().vs);
+  const std::size_t width = known_->keys.empty() ? 0 : known_->values.size() / known_->keys.size();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < known_->keys.size(); ++i) {
+    const KnownVersions::Key key = known_->keys[i];
+    if (std::none_of(star.begin(), star.end(), [&](SlotId s) { return complex_.slot(s).version == key.fine; }))
+      continue;
+    std::copy_n(&known_->values[i * width], width, &known_->values[kept * width]);
+    known_->keys[kept++] = key;
+  }
+  known_->keys.resize(kept);
+  known_->values.resize(kept * width);
+}
+
+/// Index of what is known of the version that comes from `fine`; that of the end if nothing is.
+std::size_t Trial::find_known(std::uint32_t fine) const {
+  const auto found = std::find_if(known_->keys.begin(), known_->keys.end(), [&](const KnownVersions::Key& key) {
+    return key.fine == fine && key.target == check_.plan().vd;
+  });
+  return static_cast<std::size_t>(found - known_->keys.begin());
+}
+
+bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squared, const std::vector<double>& limit) {
+  const std::size_t fields = errors.size();
+  const Slot& fine = complex_.slot(slot);
+  const auto take_in = [&](bool whole) {
+    for (std::size_t f = 0; f < fields; ++f) {
+      errors[f] = std::max(errors[f], certified(measured_[f]));
       if (errors[f] > limit[f]) whole = false;
-      if (errors[f] == 0) squared_[f] = 0; // where there is no error the integral is rounding
+      if (squared != nullptr && certified(measured_[f]) == 0) squared[f] = 0; // without an error it is rounding
+    }
+    return whole;
+  };
+  std::size_t at = 0;
+  if (known_ != nullptr) {
+    at = find_known(fine.version);
+    if (at < known_->keys.size()) {
+      const double* const values = &known_->values[2 * fields * at];
+      const bool whole = known_->keys[at].whole;
+      measured_.assign(values, values + fields);
+      std::copy_n(values + fields, whole ? fields : 0, squared);
+      bool beyond = false;
+      for (std::size_t f = 0; f < fields; ++f)
+        beyond |= certified(measured_[f]) > limit[f];
+      if (whole || beyond) return take_in(whole);
     }
   }
-  if (integrals != nullptr) integrals->insert(integrals->end(), squared_.begin(), squared_.end());
-  return whole;
+  Tet version;
+  for (std::size_t i = 0; i < 4; ++i)
+    version[i] = VertexId{fine.v[i] == check_.plan().vs ? check_.plan().vd : fine.v[i]};
+  measured_.assign(fields, 0.0);
+  walk_limit_ = limit;
+  for (double& most : walk_limit_)
+    most = std::max(most, kRoundingSlack); // what is below counts as none
+  const std::span<double> wanted(squared, squared != nullptr ? fields : 0);
+  const bool whole = exact_->measure(version, *workspace_, measured_, wanted, walk_limit_);
+  if (known_ != nullptr) {
+    if (at == known_->keys.size()) {
+      known_->keys.push_back({fine.version, check_.plan().vd, whole});
+      known_->values.resize(2 * fields * known_->keys.size());
+    }
+    known_->keys[at].whole = whole;
+    std::copy_n(measured_.begin(), fields, &known_->values[2 * fields * at]);
+    std::copy_n(squared, fields, &known_->values[2 * fields * at + fields]);
+  }
+  return take_in(whole);
 }
 
 } // namespace ptet::build

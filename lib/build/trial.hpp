@@ -11,6 +11,18 @@
 
 namespace ptet::build {
 
+/// What has been measured of the versions that half-edges of one vertex would make: a version's errors do not depend on
+/// what is around it, so they hold for as long as the tets stay from which it would come.
+struct KnownVersions {
+  struct Key {
+    std::uint32_t fine; ///< version that it would come from
+    Vertex target;
+    bool whole; ///< else the errors are lower bounds
+  };
+  std::vector<Key> keys;
+  std::vector<double> values; ///< for each: the errors (fractions of the ranges, one a field), the integrals
+};
+
 class Trial {
 public:
   /// `exact` may be null when exact_errors() is not called. All must outlive the object.
@@ -31,19 +43,35 @@ public:
   /// Raises `errors` (one a field, fractions of the ranges) to the exact maxima over the coarse versions, with what
   /// rounding can hide of them, and lists the integrals of the squared error in `integrals`, unless that is null:
   /// modified slot x field, 0 for ghosts. Gives up, returning false, when an error passes its `limit` (one a field), or
-  /// when `enough()`, which is asked after every version, is true.
+  /// when `enough()`, which is asked after every version, is true. The order is that of the errors that were seen in
+  /// the last simulation; what has not been measured by then has integrals of 0. `known`: what was measured before, or
+  /// null; what is measured now joins it, and what has gone leaves it.
   template <class Enough>
   [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals,
-                             const std::vector<double>& limit, Enough&& enough) {
-    if (integrals != nullptr) integrals->clear();
-    for (const SlotId s : check_.modified())
-      if (!measure_slot(s, errors, integrals, limit) || enough()) return false;
+                             const std::vector<double>& limit, Enough&& enough, KnownVersions* known = nullptr) {
+    if (integrals != nullptr) integrals->assign(check_.modified().size() * errors.size(), 0.0);
+    known_ = integrals != nullptr && !errors.empty() ? known : nullptr;
+    if (known_ != nullptr) forget_gone();
+    order_slots();
+    for (const Next& next : order_) {
+      double* const squared = integrals != nullptr ? integrals->data() + next.index * errors.size() : nullptr;
+      if (!measure_slot(check_.modified()[next.index], errors, squared, limit) || enough()) return false;
+    }
     return true;
   }
 
 private:
-  bool measure_slot(SlotId slot, std::vector<double>& errors, std::vector<double>* integrals,
-                    const std::vector<double>& limit);
+  struct Next {
+    bool is_known;
+    double worst; ///< error of any field, so far as is known
+    std::size_t index;
+  };
+
+  void order_slots();
+  void forget_gone();
+  [[nodiscard]] std::size_t find_known(std::uint32_t fine) const;
+  /// `squared`: one a field, 0 so far; null: not wanted.
+  bool measure_slot(SlotId slot, std::vector<double>& errors, double* squared, const std::vector<double>& limit);
 
   const WorkingComplex& complex_;
   const RemovedVertices& removed_;
@@ -52,7 +80,8 @@ private:
   RemovedVertices::Simulation simulation_;
   std::optional<ExactFieldError::Workspace> workspace_;
   std::vector<double> measured_;
-  std::vector<double> squared_;
+  std::vector<Next> order_;
+  KnownVersions* known_ = nullptr;
   std::vector<double> walk_limit_;
 };
 

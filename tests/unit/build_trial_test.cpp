@@ -196,7 +196,8 @@ TEST_CASE("trial: it gives up when told so, with what it has seen", "[build][tri
   const std::vector<double> no_limit(1, std::numeric_limits<double>::infinity());
   CHECK_FALSE(tried.trial.measure(errors, &integrals, no_limit, [&] { return ++asked == 2; }));
   CHECK(asked == 2);
-  CHECK(integrals.size() == 2);
+  CHECK(integrals.size() == tried.trial.check().modified().size());
+  CHECK(std::count_if(integrals.begin(), integrals.end(), [](double x) { return x > 0; }) == 2);
   // Errors only rise.
   std::vector<double> raised = {17.0};
   CHECK(tried.trial.measure(raised, nullptr, no_limit, [] { return false; }));
@@ -204,4 +205,46 @@ TEST_CASE("trial: it gives up when told so, with what it has seen", "[build][tri
   // Past a limit the walk ends.
   std::vector<double> limited(1);
   CHECK_FALSE(tried.trial.measure(limited, &integrals, {0.0}, [] { return false; }));
+}
+
+TEST_CASE("trial: what is known of versions stands for measuring them", "[build][trial]") {
+  Tried tried(build::test::prepared_grid(build::test::curved, 1, {3, 3, 3}));
+  const Scene& scene = tried.scene;
+  Vertex vs = 0;
+  while (!scene.is_inner(vs))
+    ++vs;
+  const auto around = scene.neighbours(vs);
+  const std::vector<double> no_limit(1, std::numeric_limits<double>::infinity());
+  const auto never = [] { return false; };
+  build::KnownVersions known;
+  int compared = 0;
+  for (const Vertex vd : around) {
+    if (tried.trial.examine(vs, vd) != CollapseStatus::kAccepted) continue;
+    tried.trial.simulate();
+    std::vector<double> errors(1), integrals;
+    REQUIRE(tried.trial.measure(errors, &integrals, no_limit, never));
+    // Given up half way, then gone on with, then all known: always the same.
+    for (const double limit : {0.5 * errors[0], 0.9 * errors[0], no_limit[0], no_limit[0]}) {
+      std::vector<double> again(1), integrals_again;
+      const bool whole = tried.trial.measure(again, &integrals_again, {limit}, never, &known);
+      REQUIRE(whole == (errors[0] <= limit));
+      if (!whole) continue;
+      CHECK(again == errors);
+      CHECK(integrals_again == integrals);
+      ++compared;
+    }
+    for (const build::KnownVersions::Key& key : known.keys)
+      CHECK((key.target != vd || key.whole));
+  }
+  CHECK(compared >= 4);
+  // What it says is believed.
+  REQUIRE_FALSE(known.values.empty());
+  for (double& value : known.values)
+    value *= 4;
+  const Vertex vd = known.keys.back().target;
+  REQUIRE(tried.trial.examine(vs, vd) == CollapseStatus::kAccepted);
+  std::vector<double> fresh(1), believed(1), integrals;
+  REQUIRE(tried.trial.measure(fresh, &integrals, no_limit, never));
+  REQUIRE(tried.trial.measure(believed, &integrals, no_limit, never, &known));
+  CHECK(believed[0] == Approx(4 * fresh[0]));
 }
