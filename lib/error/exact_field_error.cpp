@@ -182,6 +182,7 @@ struct ExactFieldError::Impl {
   Impl(const PreparedMesh& p, ChannelView c) : prepared(p), channels(c), on_boundary(p.used_vertex_count) {
     for (std::size_t i = 0; i < c.channels; ++i)
       ends_field.push_back(i + 1 == c.channels || c.field_of[i + 1] != c.field_of[i] ? 1 : 0);
+    scalars = std::find(ends_field.begin(), ends_field.end(), 0) == ends_field.end();
     const std::vector<Tet>& tets = p.mesh.tets;
     const FaceTable faces = build_face_table(tets, p.used_vertex_count);
     std::vector<BoundingBox> boxes;
@@ -221,6 +222,7 @@ struct ExactFieldError::Impl {
   const PreparedMesh& prepared;
   ChannelView channels;
   std::vector<char> ends_field;          ///< by channel: whether it is the last of its field
+  bool scalars = true;                   ///< whether each is a field
   std::vector<Cell> cells;               ///< the original tets
   std::vector<std::uint32_t> star_begin; ///< by vertex, into `star`
   std::vector<std::uint32_t> star;       ///< tets around each vertex
@@ -390,45 +392,49 @@ private:
   bool see_tet(const std::array<std::uint32_t, 4>& rows, double volume) {
     static_assert(kMostCarried == 8);
     switch (channels_) {
-    case 1: return see_carried<1>(rows, volume);
-    case 2: return see_carried<2>(rows, volume);
-    case 3: return see_carried<3>(rows, volume);
-    case 4: return see_carried<4>(rows, volume);
-    case 5: return see_carried<5>(rows, volume);
-    case 6: return see_carried<6>(rows, volume);
-    case 7: return see_carried<7>(rows, volume);
-    case 8: return see_carried<8>(rows, volume);
+    case 1: return see_carried<1, true>(rows, volume);
+    case 2: return see_some<2>(rows, volume);
+    case 3: return see_some<3>(rows, volume);
+    case 4: return see_some<4>(rows, volume);
+    case 5: return see_some<5>(rows, volume);
+    case 6: return see_some<6>(rows, volume);
+    case 7: return see_some<7>(rows, volume);
+    case 8: return see_some<8>(rows, volume);
     default: return see_weighted(rows, volume);
     }
   }
 
-  /// What is known of the N channels on the parts of one tet, from the differences at the corners.
   template <std::size_t N>
+  bool see_some(const std::array<std::uint32_t, 4>& rows, double volume) {
+    return original_.scalars ? see_carried<N, true>(rows, volume) : see_carried<N, false>(rows, volume);
+  }
+
+  /// What is known of the N channels on the parts of one tet, from the differences at the corners.
+  template <std::size_t N, bool Scalars>
   struct Seen {
     std::array<double, N> integral{};    ///< 20 times that of the squared difference
     std::array<double, N> greatest_sq{}; ///< of a field, at its last channel
 
     void add(const std::array<const double*, 4>& d, double volume, const char* ends_field) {
-      std::array<double, 4> norm_sq{};
+      std::array<std::array<double, N>, 4> square;
+      for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t c = 0; c < N; ++c)
+          square[k][c] = d[k][c] * d[k][c];
       for (std::size_t c = 0; c < N; ++c) {
         const double sum = (d[0][c] + d[1][c]) + (d[2][c] + d[3][c]);
-        const std::array<double, 4> square{d[0][c] * d[0][c], d[1][c] * d[1][c], d[2][c] * d[2][c], d[3][c] * d[3][c]};
-        integral[c] += volume * (sum * sum + ((square[0] + square[1]) + (square[2] + square[3])));
-        if constexpr (N == 1) {
-          norm_sq = square;
-        } else {
-          for (std::size_t k = 0; k < 4; ++k)
-            norm_sq[k] += square[k];
-          if (ends_field[c] == 0) continue;
-        }
-        greatest_sq[c] =
-            std::max(greatest_sq[c], std::max(std::max(norm_sq[0], norm_sq[1]), std::max(norm_sq[2], norm_sq[3])));
-        norm_sq = {};
+        integral[c] += volume * (sum * sum + ((square[0][c] + square[1][c]) + (square[2][c] + square[3][c])));
+      }
+      for (std::size_t k = 0; k < 4; ++k) {
+        if constexpr (!Scalars) // of a field's components the squares add up
+          for (std::size_t c = 1; c < N; ++c)
+            if (ends_field[c - 1] == 0) square[k][c] += square[k][c - 1];
+        for (std::size_t c = 0; c < N; ++c)
+          greatest_sq[c] = greatest_sq[c] < square[k][c] ? square[k][c] : greatest_sq[c];
       }
     }
   };
 
-  template <std::size_t N>
+  template <std::size_t N, bool Scalars>
   bool see_carried(const std::array<std::uint32_t, 4>& rows, double volume) {
     std::array<const Row*, 4> row;
     std::array<const double*, 4> d;
@@ -441,7 +447,7 @@ private:
       cutting |= row[k]->strictly_beyond;
     }
     if (common != 0) return false;
-    Seen<N> seen;
+    Seen<N, Scalars> seen;
     const char* const ends_field = original_.ends_field.data();
     if (cutting == 0) {
       seen.add(d, volume, ends_field);
