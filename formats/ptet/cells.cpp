@@ -109,7 +109,7 @@ private:
                                                : separator)
           .push_back(record);
     }
-    set = {};
+    set = Records(); // {} would keep its memory
     if (separator.size() > most_records_) measure(separator);
     divide(std::move(separator));
     divide(std::move(left));

@@ -381,7 +381,7 @@ void Encoding::match_base(const Refinement& refinement) {
     stream_of_[t] = found->second;
     version_of_[found->second] = VersionId{t};
   }
-  consumers_ = {};
+  consumers_ = std::vector<std::uint32_t>(); // {} would keep its memory
 }
 
 void Encoding::match_fine(const Refinement& refinement, RecordId r, std::size_t record) {
