@@ -56,6 +56,8 @@ constexpr double kDomainPerField = 1;
 constexpr double kGiveUpAt = 1.2;
 /// So many candidates are measured before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kMeasuredBetweenLooks = 2048;
+/// So many stars are examined at once: enough to share out, and few enough to stay in a cache until they are collapsed.
+constexpr std::size_t kClaims = 256;
 
 /// Largest allowed error of each field, as a fraction of its range; infinite where there is no limit.
 std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedFields& fields,
@@ -119,7 +121,8 @@ public:
         surface_(complex_, prepared.points, diagonal_, frozen_,
                  bounds_domain_error() ? DomainError::kBound : DomainError::kSampled),
         removed_(prepared.points, fields_, diagonal_), cost_(options.objective, field_weights()),
-        touched_(prepared.used_vertex_count + 1, 0), alive_count_(prepared.used_vertex_count) {
+        touched_(prepared.used_vertex_count + 1, 0), claimed_(prepared.used_vertex_count + 1, 0),
+        alive_count_(prepared.used_vertex_count) {
     if (evaluates_exactly() || (has_field_limits() && options.evaluation == Evaluation::kExact))
       exact_.emplace(prepared, fields_.view());
     predictor_ =
@@ -495,18 +498,91 @@ private:
     return height + 1;
   }
 
-  /// Takes the collapses of a round by what was predicted of them.
+  /// Takes the collapses of a round by what was predicted of them: again and again the first of those left that do not
+  /// depend on one another are examined in parallel, and collapsed one by one.
   void take_predicted(const std::vector<Vertex>& picked) {
-    for (std::size_t i = 0; i < picked.size() && alive_count_ > target_count_; ++i) {
-      if (i + WorkingComplex::kPrefetch < picked.size()) complex_.prefetch_star(picked[i + WorkingComplex::kPrefetch]);
-      const Vertex vs = picked[i];
-      // As far down its half-edges as this round's cost goes.
-      while (touched_[vs] != round_ && candidates_->best(vs).target != kNone &&
-             candidates_->best(vs).cost <= candidates_->round_cost()) {
-        if (counted(try_collapse(vs, candidates_->best(vs).target, nullptr)) == CollapseStatus::kAccepted) break;
-        candidates_->drop_best(vs, round_);
-      }
+    std::vector<Vertex> waiting;
+    for (std::size_t next = 0; alive_count_ > target_count_ && (next < picked.size() || !waiting.empty());) {
+      next = claim_stars(picked, next, waiting);
+      oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, claims_.size(), 16), [&](const auto& range) {
+        Trial& trial = candidates_->trial();
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+          examine_claim(claims_[i], plans_[i], trial);
+      });
+      for (std::size_t i = 0; i < claims_.size() && alive_count_ > target_count_; ++i)
+        if (!take_claim(claims_[i], plans_[i])) waiting.push_back(claims_[i]);
     }
+  }
+
+  /// Sorts vertices that may still go in this round, first those that are `waiting` and then those of `picked` from
+  /// place `next` on, into claims, which depend on nobody before them, and others, which wait on. Returns the place of
+  /// the first that was not looked at.
+  std::size_t claim_stars(const std::vector<Vertex>& picked, std::size_t next, std::vector<Vertex>& waiting) {
+    ++claim_stamp_;
+    claims_.clear();
+    std::size_t kept = 0;
+    const auto look_at = [&](Vertex vs) {
+      if (!may_go(vs)) return true;
+      const bool free = claimed_[vs] != claim_stamp_ && claimed_[candidates_->best(vs).target] != claim_stamp_;
+      if (free) claims_.push_back(vs);
+      // Who waits comes before what it would touch, too.
+      for (const SlotId s : complex_.star(vs))
+        for (const Vertex x : complex_.slot(s).v)
+          claimed_[x] = claim_stamp_;
+      return free;
+    };
+    for (const Vertex vs : waiting)
+      if (!look_at(vs)) waiting[kept++] = vs;
+    waiting.resize(kept);
+    for (; next < picked.size() && claims_.size() < kClaims && waiting.size() < kClaims; ++next) {
+      if (next + WorkingComplex::kPrefetch < picked.size())
+        complex_.prefetch_star(picked[next + WorkingComplex::kPrefetch]);
+      if (!look_at(picked[next])) waiting.push_back(picked[next]);
+    }
+    ++claim_stamp_; // from now on for what has changed
+    plans_.resize(std::max(plans_.size(), claims_.size()));
+    return next;
+  }
+
+  /// Whether the star of `vs` is as it was when the round began, and its best half-edge within the round's cost.
+  [[nodiscard]] bool may_go(Vertex vs) const {
+    return touched_[vs] != round_ && candidates_->best(vs).target != kNone &&
+           candidates_->best(vs).cost <= candidates_->round_cost();
+  }
+
+  /// Goes down the half-edges of `vs`, to the first that is not refused by what depends on nothing but the stars of its
+  /// ends: of that `plan` tells, if there is one.
+  void examine_claim(Vertex vs, CollapsePlan& plan, Trial& trial) {
+    plan.vs = kNone;
+    while (may_go(vs)) {
+      const CollapseStatus status = trial.examine(vs, candidates_->best(vs).target);
+      if (status == CollapseStatus::kAccepted) {
+        trial.swap(plan);
+        return;
+      }
+      candidates_->count_refusal(status);
+      candidates_->drop_best(vs, round_);
+    }
+  }
+
+  /// False when its best half-edge within the round's cost, if there is one, is yet to be examined.
+  bool take_claim(Vertex vs, CollapsePlan& plan) {
+    if (plan.vs == kNone) return true;
+    const Vertex vd = plan.vd;
+    CollapseStatus status = CollapseStatus::kAccepted;
+    if (claimed_[vd] == claim_stamp_) // another collapse has changed its star
+      status = candidates_->trial().examine(vs, vd);
+    else
+      candidates_->trial().swap(plan);
+    if (status == CollapseStatus::kAccepted) status = collapse_if_allowed(nullptr);
+    if (counted(status) != CollapseStatus::kAccepted) {
+      candidates_->drop_best(vs, round_);
+      return false;
+    }
+    claimed_[vd] = claim_stamp_;
+    for (const LinkVertex& x : candidates_->trial().check().plan().link)
+      claimed_[x.vertex] = claim_stamp_;
+    return true;
   }
 
   /// Measures candidates whose stars do not overlap, in parallel, and takes those that are still among the best.
@@ -554,7 +630,7 @@ private:
     const bool moves_boundary = trial.check().moves_boundary();
     // What the boundary forbids is cheaper to find out than what a measurement costs.
     if (verdict.status == CollapseStatus::kAccepted && moves_boundary)
-      verdict.status = examine_boundary(vs, half_edge.target, trial.check());
+      verdict.status = examine_boundary(trial.check().plan());
     if (verdict.status != CollapseStatus::kAccepted) return verdict;
     const RemovedVertices::Simulation& seen = trial.simulate();
     verdict.errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
@@ -611,23 +687,20 @@ private:
     CollapseStatus status;
     double domain_error; ///< sampled, unless it is to be bounded
   };
-  /// All that does not look at fields, by this thread's trial.
-  [[nodiscard]] Allowed examine(Vertex vs, Vertex vd) {
-    Trial& trial = candidates_->trial();
-    const CollapseCheck& check = trial.check();
-    const CollapseStatus status = trial.examine(vs, vd);
-    if (status != CollapseStatus::kAccepted || !check.moves_boundary()) return {status, 0};
-    if (const CollapseStatus refused = examine_boundary(vs, vd, check); refused != CollapseStatus::kAccepted)
+  /// What an accepted collapse would do to the boundary.
+  [[nodiscard]] Allowed examine_surface(const CollapsePlan& plan) {
+    if (!plan.moves_boundary) return {CollapseStatus::kAccepted, 0};
+    if (const CollapseStatus refused = examine_boundary(plan); refused != CollapseStatus::kAccepted)
       return {refused, 0};
     if (bounds_domain_error()) return {CollapseStatus::kAccepted, 0};
-    const double domain_error = surface_.simulate(vs, vd);
+    const double domain_error = surface_.simulate(plan.vs, plan.vd);
     return {domain_error > domain_limit_ ? CollapseStatus::kDomainError : CollapseStatus::kAccepted, domain_error};
   }
 
   /// What the boundary says, but for how far it moves. Thread rule: const.
-  [[nodiscard]] CollapseStatus examine_boundary(Vertex vs, Vertex vd, const CollapseCheck& check) const {
-    if (!surface_.collapse_ok(vs, vd)) return CollapseStatus::kSurfaceTopology;
-    return surface_.would_intersect(complex_, vs, vd, check.modified(), surface_workspaces_.local())
+  [[nodiscard]] CollapseStatus examine_boundary(const CollapsePlan& plan) const {
+    if (!surface_.collapse_ok(plan.vs, plan.vd)) return CollapseStatus::kSurfaceTopology;
+    return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, surface_workspaces_.local())
                ? CollapseStatus::kSelfIntersection
                : CollapseStatus::kAccepted;
   }
@@ -642,10 +715,17 @@ private:
 
   /// `measured`: what is known exactly; null: the errors are those at the removed vertices, or as predicted.
   CollapseStatus try_collapse(Vertex vs, Vertex vd, Verdict* measured) {
-    const auto [status, sampled_domain_error] = examine(vs, vd);
-    if (status != CollapseStatus::kAccepted) return status;
+    const CollapseStatus status = candidates_->trial().examine(vs, vd);
+    return status == CollapseStatus::kAccepted ? collapse_if_allowed(measured) : status;
+  }
+
+  /// As above, for the half-edge that this thread's trial has accepted.
+  CollapseStatus collapse_if_allowed(Verdict* measured) {
     Trial& trial = candidates_->trial();
     const CollapseCheck& check = trial.check();
+    const auto [vs, vd] = std::pair(check.plan().vs, check.plan().vd);
+    const auto [status, sampled_domain_error] = examine_surface(check.plan());
+    if (status != CollapseStatus::kAccepted) return status;
     double domain_error = sampled_domain_error;
     std::vector<double>& errors = record_errors_;
     errors.resize(fields_.field_count());
@@ -803,6 +883,12 @@ private:
   std::optional<ExactFieldError> exact_; ///< where errors are measured, or limits hold, everywhere
   std::optional<Candidates> candidates_;
   std::vector<std::uint32_t> touched_; ///< by vertex: the last round in which its star changed, or was to change
+  // Where collapses are taken by what was predicted of them: those that are examined at the same time.
+  std::vector<Vertex> claims_;
+  std::vector<CollapsePlan> plans_;
+  std::vector<std::uint32_t>
+      claimed_; ///< by vertex: odd stamps for stars that are claimed, even for those that changed
+  std::uint32_t claim_stamp_ = 0;
   std::uint32_t alive_count_;
   std::uint32_t target_count_ = 0;
   std::uint32_t round_ = 0;

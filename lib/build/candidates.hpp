@@ -68,6 +68,8 @@ public:
   /// are measured, the next page is filled by predict().
   /// Thread rule: several threads may drop half-edges of different vertices at once, unless costs are measured.
   void drop_best(Vertex v, std::uint32_t round);
+  /// By any thread, before drop_best().
+  void count_refusal(CollapseStatus status) { ++workers_.local().refusals[static_cast<std::size_t>(status)]; }
   /// The best half-edge of `v` has turned out to cost more.
   void raise_best(Vertex v, float cost);
   /// All that is known of `v` is no longer so.
@@ -107,7 +109,7 @@ public:
   }
 
 private:
-  static constexpr std::size_t kPage = 3;
+  static constexpr std::size_t kPage = 6;
   /// Of these where they are measured: simulating a third for every star that changes gains nothing.
   static constexpr std::size_t kShortlist = 2;
 

@@ -612,6 +612,31 @@ TEST_CASE("the same records on any number of threads", "[build]") {
   }
 }
 
+// More stars in a round than are examined at once, and a boundary among them.
+TEST_CASE("by quadrics alone the same records on any number of threads", "[build]") {
+  const TetMesh mesh = test::grid({{20, 20, 20}, [](int x, int y, int z) { return x != 9 || y < 4 || z < 8; }, 3, 5});
+  BuildOptions options = to_the_end();
+  options.prediction = Prediction::kQuadric;
+  options.evaluation = Evaluation::kNone;
+  options.threads = 1;
+  const Built one = build_all(mesh, options);
+  REQUIRE(one.stream.validate() == "");
+  std::size_t most = 0, in_round = 0; // records
+  for (std::size_t r = 0; r < one.stream.size(); ++r) {
+    in_round = r > 0 && one.stream.round[r] == one.stream.round[r - 1] ? in_round + 1 : 1;
+    most = std::max(most, in_round);
+  }
+  CHECK(most > 300);
+  for (const unsigned threads : {2U, 5U}) {
+    options.threads = threads;
+    const Built other = build_all(mesh, options);
+    CHECK(same_collapses(one.stream, other.stream));
+    CHECK(same_bytes(one.stream.field_error, other.stream.field_error));
+    CHECK(same_bytes(one.stream.domain_error, other.stream.domain_error));
+    CHECK(one.report.collapses == other.report.collapses);
+  }
+}
+
 TEST_CASE("frozen vertices stay, pinched places with them", "[build]") {
   const std::vector<test::NamedMesh> pinched = {
       {"along an edge", test::grid({{6, 6, 3}, [](int x, int y, int) { return (x < 3) == (y < 3); }, 2, 6})},
