@@ -84,18 +84,14 @@ void check_readable(const std::string& path) {
 
 } // namespace vtkio
 
-TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCallback& progress) {
-  ReadReport own_report;
-  ReadReport& notes = report ? *report : own_report;
-  notes = {};
+namespace {
+
+/// What `read(messages)` returns; what goes wrong in it, VTK's own exceptions too, becomes an Error.
+template <class Read>
+auto reading(const std::string& path, Read&& read) {
   try {
     vtkio::Messages messages;
-    vtkio::Assembler assembler(path, notes);
-    vtkio::read_any({path, messages, progress, notes}, assembler);
-    TetMesh mesh = assembler.finish();
-    for (const std::string& warning : messages.warnings())
-      notes.notes.push_back("VTK warns: " + warning);
-    return mesh;
+    return read(messages);
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -104,6 +100,38 @@ TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCal
     // VTK's readers use standard containers on what they find in the file.
     throw Error(ErrorCode::kBadInput, path + ": is damaged (" + error.what() + ")");
   }
+}
+
+} // namespace
+
+TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCallback& progress) {
+  ReadReport own_report;
+  ReadReport& notes = report ? *report : own_report;
+  notes = {};
+  return reading(path, [&](vtkio::Messages& messages) {
+    vtkio::Assembler assembler(path, notes);
+    vtkio::read_any({path, messages, progress, notes}, assembler);
+    TetMesh mesh = assembler.finish();
+    for (const std::string& warning : messages.warnings())
+      notes.notes.push_back("VTK warns: " + warning);
+    return mesh;
+  });
+}
+
+std::optional<AnnouncedMesh> announced_mesh(const std::string& path) {
+  return reading(path, [&](vtkio::Messages& messages) -> std::optional<AnnouncedMesh> {
+    const std::string type = vtkio::xml_dataset_type(vtkio::read_head(path));
+    if (type != "UnstructuredGrid" && type != "PUnstructuredGrid") return std::nullopt;
+    ReadReport report;
+    const ProgressCallback nobody;
+    const vtkio::Source source{path, messages, nobody, report};
+    AnnouncedMesh announced;
+    if (type == "UnstructuredGrid")
+      vtkio::measure_vtu(source, announced);
+    else
+      vtkio::measure_pvtu(source, vtkio::Assembler(path, report), announced);
+    return announced;
+  });
 }
 
 std::string hash_file(const std::string& path, const ProgressCallback& progress) {

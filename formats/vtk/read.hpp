@@ -5,6 +5,8 @@
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,23 @@ struct ReadReport {
 /// Cost: VTK's reading, plus one copy of every array.
 [[nodiscard]] TetMesh read_mesh(const std::string& path, ReadReport* report = nullptr,
                                 const ProgressCallback& progress = {});
+
+/// What the head of a file says of its size, before anything is read.
+struct AnnouncedMesh {
+  std::uint64_t points = 0;
+  std::uint64_t cells = 0;
+  double point_bytes = 0; ///< of the positions and point arrays of all points
+
+  /// The most that read_mesh() has at a time if the cells are tets: VTK's grid (64-bit ids) beside the mesh made of it.
+  [[nodiscard]] std::uint64_t bytes_to_read() const {
+    constexpr double kGridBytes = 41, kTetBytes = 16; // a cell: four ids, an offset, a type; four vertices
+    return static_cast<std::uint64_t>(2 * point_bytes + (kGridBytes + kTetBytes) * static_cast<double>(cells));
+  }
+};
+
+/// Of a VTU, or of a PVTU with all its pieces; nothing of other formats, whose heads do not tell.
+/// Throws Error as read_mesh() does. Thread rule: that of read_mesh(). Cost: the head of each file.
+[[nodiscard]] std::optional<AnnouncedMesh> announced_mesh(const std::string& path);
 
 /// The XXH64 of the bytes of a file, as "xxh64:0123456789abcdef", for provenance.
 /// Throws Error: kIo, kCancelled.

@@ -22,6 +22,9 @@ struct Source {
 
 void read_vtu(const Source& source, Assembler& assembler);
 void read_pvtu(const Source& source, Assembler& assembler);
+/// What the heads say; adds to `announced`.
+void measure_vtu(const Source& source, AnnouncedMesh& announced);
+void measure_pvtu(const Source& source, const Assembler& assembler, AnnouncedMesh& announced);
 void read_legacy(const Source& source, Assembler& assembler);
 void read_exodus(const Source& source, Assembler& assembler);
 

@@ -11,6 +11,7 @@
 #include <vtkInputStream.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLDataElement.h>
 #include <vtkXMLDataParser.h>
@@ -126,6 +127,16 @@ public:
   using Superclass = vtkXMLUnstructuredGridReader;
 
   using vtkXMLUnstructuredGridReader::GetNumberOfPieces;
+
+  /// After UpdateInformation().
+  void add_to(AnnouncedMesh& announced) const {
+    for (int piece = 0; piece < NumberOfPieces; ++piece) {
+      announced.points += static_cast<std::uint64_t>(NumberOfPoints[piece]);
+      announced.cells += static_cast<std::uint64_t>(NumberOfCells[piece]);
+      announced.point_bytes += static_cast<double>(NumberOfPoints[piece]) *
+                               (point_row_bytes(PointElements[piece]) + point_row_bytes(PointDataElements[piece]));
+    }
+  }
 
   std::uint64_t file_bytes = 0;
   std::vector<std::string> notes;
@@ -263,14 +274,48 @@ std::uint64_t file_size(const std::string& path) {
   return size;
 }
 
-} // namespace
-
-void read_vtu(const Source& source, Assembler& assembler) {
-  vtkNew<CheckedReader> reader;
+/// A reader that knows the head of the file.
+vtkSmartPointer<CheckedReader> opened(const Source& source) {
+  auto reader = vtkSmartPointer<CheckedReader>::New();
   reader->file_bytes = file_size(source.path);
   reader->SetFileName(source.path.c_str());
   reader->UpdateInformation();
   source.messages.throw_on_error(source.path);
+  return reader;
+}
+
+/// Calls `visit(Source)` with each piece of a PVTU; returns how many there are.
+template <class Visit>
+int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) {
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(source.path.c_str());
+  const int parsed = parser->Parse();
+  source.messages.throw_on_error(source.path);
+  vtkXMLDataElement* root = parsed ? parser->GetRootElement() : nullptr;
+  vtkXMLDataElement* grid = root ? root->FindNestedElementWithName("PUnstructuredGrid") : nullptr;
+  if (!grid) assembler.fail("has no PUnstructuredGrid element");
+
+  const std::filesystem::path folder = std::filesystem::path(source.path).parent_path();
+  int pieces = 0;
+  for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
+    vtkXMLDataElement& element = *grid->GetNestedElement(i);
+    if (std::string(element.GetName()) != "Piece") continue;
+    const std::string name = attribute(element, "Source");
+    if (name.empty()) assembler.fail("piece " + std::to_string(pieces) + " has no Source");
+    // An absolute name replaces the folder.
+    const std::string path = (folder / name).string();
+    check_readable(path);
+    visit(Source{path, source.messages, source.progress, source.report});
+    ++pieces;
+  }
+  if (pieces == 0) assembler.fail("names no pieces");
+  return pieces;
+}
+
+} // namespace
+
+void read_vtu(const Source& source, Assembler& assembler) {
+  const vtkSmartPointer<CheckedReader> reader = opened(source);
   for (const std::string& note : reader->notes) {
     if (std::find(source.report.notes.begin(), source.report.notes.end(), note) == source.report.notes.end())
       source.report.notes.push_back(note);
@@ -290,31 +335,18 @@ void read_vtu(const Source& source, Assembler& assembler) {
 }
 
 void read_pvtu(const Source& source, Assembler& assembler) {
-  vtkNew<vtkXMLDataParser> parser;
-  parser->SetFileName(source.path.c_str());
-  const int parsed = parser->Parse();
-  source.messages.throw_on_error(source.path);
-  vtkXMLDataElement* root = parsed ? parser->GetRootElement() : nullptr;
-  vtkXMLDataElement* grid = root ? root->FindNestedElementWithName("PUnstructuredGrid") : nullptr;
-  if (!grid) assembler.fail("has no PUnstructuredGrid element");
-
-  const std::filesystem::path folder = std::filesystem::path(source.path).parent_path();
-  int pieces = 0;
-  for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
-    vtkXMLDataElement& element = *grid->GetNestedElement(i);
-    if (std::string(element.GetName()) != "Piece") continue;
-    const std::string name = attribute(element, "Source");
-    if (name.empty()) assembler.fail("piece " + std::to_string(pieces) + " has no Source");
-    // An absolute name replaces the folder.
-    const std::string path = (folder / name).string();
-    check_readable(path);
-    read_vtu({path, source.messages, source.progress, source.report}, assembler);
-    ++pieces;
-  }
-  if (pieces == 0) assembler.fail("names no pieces");
+  const int pieces = each_piece(source, assembler, [&](const Source& piece) { read_vtu(piece, assembler); });
   if (pieces > 1)
     source.report.notes.push_back("joined " + grouped(static_cast<std::uint64_t>(pieces)) +
                                   " pieces; points that they share are kept apart, as they are in the files");
+}
+
+void measure_vtu(const Source& source, AnnouncedMesh& announced) {
+  opened(source)->add_to(announced);
+}
+
+void measure_pvtu(const Source& source, const Assembler& assembler, AnnouncedMesh& announced) {
+  each_piece(source, assembler, [&](const Source& piece) { measure_vtu(piece, announced); });
 }
 
 } // namespace ptet::vtkio

@@ -1,6 +1,8 @@
 #include "build/builder.hpp"
 #include "build/describe_options.hpp"
+#include "build/memory_need.hpp"
 #include "build/piece_decisions.hpp"
+#include "build/process_memory.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/writer.hpp"
 #include "mesh/prepare.hpp"
@@ -19,29 +21,48 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-/// All that goes into a file, and the report of how it was made.
+/// All that goes into a file.
 struct Built {
-  PreparedMesh prepared;
+  TetMesh mesh; ///< prepared
   RecordStream records;
   file::Manifest manifest;
 };
 
+/// The mesh as the collapses want it, where memory allows a build.
+struct Begun {
+  PreparedMesh prepared;
+  std::uint64_t foreseen_memory_bytes = 0;
+};
+Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& progress) {
+  const build::MemoryWatch memory(mesh, options);
+  (void)memory.check(build::count(mesh, options)); // at least so much, whatever its boundary
+  Begun begun{prepare(std::move(mesh), progress)};
+  build::release_freed_memory();
+  begun.foreseen_memory_bytes = memory.check(build::count(begun.prepared, options));
+  return begun;
+}
+
 /// `decided`: what was decided in pieces, or null.
-Built collapse_all(PreparedMesh prepared, const BuildOptions& options, const std::string& source_name,
+Built collapse_all(Begun begun, const BuildOptions& options, const std::string& source_name,
                    const std::string& source_hash, BuildReport& report, const ProgressCallback& progress,
                    const build::Decisions* decided = nullptr) {
+  PreparedMesh& prepared = begun.prepared;
   report.input_vertices = prepared.mesh.vertex_count();
   report.input_tets = prepared.mesh.tets.size();
+  report.notes = prepared.notes;
+  report.foreseen_memory_bytes = begun.foreseen_memory_bytes;
   Built built;
-  built.prepared = std::move(prepared);
-  report.notes = built.prepared.notes;
-  built.records = build::build_records(built.prepared, options, report, progress, decided);
+  built.records = build::build_records(prepared, options, report, progress, decided);
 
   built.manifest.tool_version = kVersion;
   built.manifest.source_name = source_name;
   built.manifest.source_hash = source_hash;
-  built.manifest.options = build::describe_options(options, built.prepared, built.records.fields);
+  built.manifest.options = build::describe_options(options, prepared, built.records.fields);
   built.manifest.notes = report.notes;
+  built.mesh = std::move(prepared.mesh);
+  built.mesh.tets = std::vector<Tet>(); // the records begin with them
+  prepared = {};
+  build::release_freed_memory();
   return built;
 }
 
@@ -86,8 +107,8 @@ auto build_over_pieces(TetMesh mesh, const BuildOptions& options, BuildReport& r
 
 struct PiecesBuild::Impl {
   Impl(TetMesh mesh, BuildOptions given, const ProgressCallback& progress)
-      : options(std::move(given)), prepared(prepare(std::move(mesh), progress)),
-        decisions(std::in_place, prepared, options) {}
+      : options(std::move(given)), begun(begin(std::move(mesh), options, progress)),
+        decisions(std::in_place, begun.prepared, options) {}
 
   /// The second pass.
   [[nodiscard]] Built finish(std::vector<Bytes> decided, const std::string& source_name, const std::string& source_hash,
@@ -96,11 +117,11 @@ struct PiecesBuild::Impl {
     const build::Decisions all = decisions->merge(decided);
     decided = {};
     decisions.reset();
-    return collapse_all(std::move(prepared), options, source_name, source_hash, report, progress, &all);
+    return collapse_all(std::move(begun), options, source_name, source_hash, report, progress, &all);
   }
 
   BuildOptions options;
-  PreparedMesh prepared;
+  Begun begun;
   std::optional<build::PieceDecisions> decisions; ///< until the second pass
 };
 
@@ -127,8 +148,9 @@ BuildReport PiecesBuild::write(const std::string& path, std::vector<Bytes> decid
   const Stopwatch time;
   BuildReport report;
   const Built built = impl_->finish(std::move(decided), source_name, source_hash, report, progress);
-  report.file_bytes = file::write(path, built.prepared.mesh, built.records, built.manifest, progress);
+  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress);
   report.total_seconds = time.seconds();
+  report.peak_memory_bytes = build::peak_resident_bytes();
   return report;
 }
 
@@ -140,9 +162,10 @@ std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, Bui
   BuildReport& filled = report != nullptr ? *report : own_report;
   filled = {};
   const Built built = impl_->finish(std::move(decided), source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = file::encode(built.prepared.mesh, built.records, built.manifest, progress);
+  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress);
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
+  filled.peak_memory_bytes = build::peak_resident_bytes();
   return bytes;
 }
 
@@ -159,10 +182,11 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
   }
   const Stopwatch time;
   const Built built =
-      collapse_all(prepare(std::move(mesh), progress), options, source_name, source_hash, report, progress);
-  report.file_bytes = file::write(path, built.prepared.mesh, built.records, built.manifest, progress);
+      collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
+  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress);
   if (!options.checkpoint.path.empty()) std::filesystem::remove(options.checkpoint.path);
   report.total_seconds = time.seconds();
+  report.peak_memory_bytes = build::peak_resident_bytes();
   return report;
 }
 
@@ -179,10 +203,11 @@ std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options, B
         });
   const Stopwatch time;
   const Built built =
-      collapse_all(prepare(std::move(mesh), progress), options, source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = file::encode(built.prepared.mesh, built.records, built.manifest, progress);
+      collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, filled, progress);
+  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress);
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
+  filled.peak_memory_bytes = build::peak_resident_bytes();
   return bytes;
 }
 

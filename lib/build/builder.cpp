@@ -10,10 +10,12 @@
 #include "build/field_samples.hpp"
 #include "build/gradient_predictor.hpp"
 #include "build/local_predictor.hpp"
+#include "build/memory_need.hpp"
 #include "build/mesh_scales.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/per_tet_predictor.hpp"
 #include "build/piece_decisions.hpp"
+#include "build/process_memory.hpp"
 #include "build/quadric_predictor.hpp"
 #include "build/removed_vertices.hpp"
 #include "build/trial.hpp"
@@ -164,6 +166,7 @@ public:
 
   RecordStream run(const Decisions* decided) {
     begin_stream();
+    release_freed_memory();
     in_arena([&](oneapi::tbb::task_arena& arena) { build(arena, decided); });
     finish_report();
     return std::move(stream_);
@@ -198,7 +201,7 @@ private:
       report_.simulations += candidates_->simulations();
       collapsed_ = true;
     }
-    candidates_.reset(); // its memory is wanted
+    give_up_collapsing();
     if (options_.evaluation == Evaluation::kExact && !evaluates_exactly())
       report_.certify_seconds = seconds_of([&] {
         arena.execute([&] {
@@ -208,6 +211,18 @@ private:
       });
     if (checkpoints_.enabled()) save(); // what follows takes little time, and is not kept
     arena.execute([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, stream_, progress_); });
+  }
+
+  /// What follows the collapses wants the memory.
+  void give_up_collapsing() {
+    candidates_.reset();
+    predictor_.reset();
+    exact_.reset();
+    slot_squared_ = std::vector<double>(); // {} would keep its memory
+    known_.clear();
+    known_.shrink_to_fit();
+    complex_ = WorkingComplex(0, {}, {});
+    release_freed_memory();
   }
 
   /// What became of the exact evaluation of a candidate.
@@ -242,8 +257,10 @@ private:
     stream_.diagonal = diagonal_;
     stream_.original_tet_count = static_cast<std::uint32_t>(prepared_.mesh.tets.size());
     stream_.original_ghost_count = static_cast<std::uint32_t>(prepared_.boundary_faces.size());
-    // A collapse makes some 16 versions; reserving for all of them keeps the peak at one copy.
-    stream_.versions.reserve(complex_.slot_count() * std::size_t{4});
+    // A collapse makes some 17 versions and consumes some 22; where there is room for all of them at first, the lists
+    // are never there twice. What is not used takes no memory.
+    stream_.versions.reserve(complex_.slot_count() + std::size_t{20} * alive_count_);
+    stream_.fine.reserve(std::size_t{26} * alive_count_);
     for (SlotId s = 0; s < complex_.slot_count(); ++s) {
       Slot& slot = complex_.slot(s);
       stream_.versions.push_back(ids_of(slot));
@@ -338,7 +355,14 @@ private:
   /// What the caller says to this progress. Keeps a checkpoint when it is time, and before stopping.
   bool go_on(const Progress& progress) {
     const bool goes_on = !stopping_ && (!progress_ || progress_(progress));
-    if (checkpoints_.due() || (checkpoints_.enabled() && !goes_on)) save();
+    const bool has_memory = !near_memory_limit(options_);
+    if (checkpoints_.due() || (checkpoints_.enabled() && !(goes_on && has_memory))) save();
+    if (goes_on && !has_memory)
+      throw Error(ErrorCode::kLimit, "the process has come near the memory limit of " +
+                                         bytes_text(options_.memory_limit) + " while " + std::string(progress.stage) +
+                                         ", " + std::to_string(progress.done) + " of " +
+                                         std::to_string(progress.total) +
+                                         (checkpoints_.enabled() ? "; what was done is in the checkpoint" : ""));
     return goes_on;
   }
 

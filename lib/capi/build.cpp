@@ -72,6 +72,7 @@ void hand_out(const BuildReport& from, ptet_build_report* report) {
   filled.file_bytes = from.file_bytes;
   filled.domain_error = from.domain_error;
   filled.seconds = from.total_seconds;
+  filled.peak_memory_bytes = from.peak_memory_bytes;
   fill(report, filled, "the report");
 }
 
@@ -187,6 +188,10 @@ ptet_status ptet_builder_set_round_fraction(ptet_builder* builder, double fracti
 
 ptet_status ptet_builder_set_threads(ptet_builder* builder, uint32_t threads, ptet_error** error) {
   return change(builder, error, [&](ptet_builder& to) { to.options.threads = threads; });
+}
+
+ptet_status ptet_builder_set_memory_limit(ptet_builder* builder, uint64_t bytes, ptet_error** error) {
+  return change(builder, error, [&](ptet_builder& to) { to.options.memory_limit = bytes; });
 }
 
 ptet_status ptet_builder_set_source(ptet_builder* builder, const char* name, const char* hash, ptet_error** error) {

@@ -189,6 +189,9 @@ static void test_builder(void) {
   FAILS(PTET_BAD_ARGUMENT, "domain", ptet_builder_build_memory(builder, NULL, NULL, &bytes, NULL, &error));
   SUCCEEDS(ptet_builder_set_max_domain_error(builder, 0.05, 1, &error));
   SUCCEEDS(ptet_builder_set_threads(builder, 1, &error));
+  SUCCEEDS(ptet_builder_set_memory_limit(builder, 1000, &error));
+  FAILS(PTET_LIMIT, "of memory", ptet_builder_build_memory(builder, NULL, NULL, &bytes, NULL, &error));
+  SUCCEEDS(ptet_builder_set_memory_limit(builder, (uint64_t)1 << 40, &error));
   bytes = build(builder);
   ptet_bytes_free(bytes);
 
@@ -218,6 +221,7 @@ static void test_builder(void) {
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_max_star(NULL, 0, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_round_fraction(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_threads(NULL, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_memory_limit(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_source(NULL, "a", "b", &error));
   CHECK(ptet_builder_set_threads(NULL, 1, NULL) == PTET_BAD_ARGUMENT); /* nobody wants the error */
   CHECK(ptet_bytes_data(NULL) == NULL && ptet_bytes_size(NULL) == 0);
@@ -270,7 +274,7 @@ static void test_build_progress(const ptet_builder* builder, const ptet_bytes* e
   CHECK(report.base_vertices + report.records == POINTS && report.records > 0);
   CHECK(report.base_tets > 0 && report.base_tets < TETS);
   CHECK(report.file_bytes == ptet_bytes_size(bytes));
-  CHECK(report.domain_error >= 0 && report.seconds > 0);
+  CHECK(report.domain_error >= 0 && report.seconds > 0 && report.peak_memory_bytes > 0);
   ptet_bytes_free(bytes);
   const uint64_t calls = counter.calls;
   for (uint64_t at = 1; at <= calls; at += calls / 3) {

@@ -27,8 +27,8 @@ METHODS = {  # predict, evaluate
 }
 COMMANDS = {
     "build": ["--output", "--field", "--max-field-error", "--max-domain-error", "--target-vertices", "--min-quality",
-              "--method", "--objective", "--predict", "--evaluate", "--max-star", "--pieces", "--threads", "--checkpoint",
-              "--checkpoint-every", "--resume", "--force", "--json", "--quiet"],
+              "--method", "--objective", "--predict", "--evaluate", "--max-star", "--pieces", "--threads",
+              "--memory-limit", "--checkpoint", "--checkpoint-every", "--resume", "--force", "--json", "--quiet"],
     "extract": ["--output", "--field-error", "--domain-error", "--tets", "--vertices", "--bytes", "--milliseconds",
                 "--focus", "--focus-error", "--focus-falloff", "--isovalue", "--values", "--view", "--pixels",
                 "--outside", "--errors", "--salvage", "--json"],
@@ -114,7 +114,8 @@ class Usage(Case):
             "build": {"--max-field-error": [*bound, "=1", "smooth=", "smooth=-1", "smooth=1,", "1,2", "a=1,a=2"],
                       "--max-domain-error": bound, "--target-vertices": ["", "-1", "1.5", "101%", "nan", "-1%"],
                       "--min-quality": ["", "-1", "nan", "2"], "--max-star": ["", "3", "-1", "x"],
-                      "--threads": ["", "-1", "1.5", "99999999999"], "--pieces": ["", "0", "-1", "x", "65537"]},
+                      "--threads": ["", "-1", "1.5", "99999999999"], "--pieces": ["", "0", "-1", "x", "65537"],
+                      "--memory-limit": ["", "-1", "1.5", "G", "8T", "-8G"]},
             "extract": {"--field-error": [*bound, "=1", "smooth=nan", "1%,2%"], "--domain-error": bound,
                         "--tets": ["", "-1", "1.5", "101%"], "--vertices": ["", "-1", "inf"],
                         "--focus": ["", "box", "box:1,2,3", "box:1,0,0,0,1,1", "box:0,0,0,1,1,nan",
@@ -644,6 +645,35 @@ class Checkpoints(Case):
             (self.folder / "b.ckpt").write_bytes(damaged)
             self.refused(4, *resume, says=["b.ckpt", "cannot be used"])
         self.assertEqual(self.files(), ["b.ckpt", "grid.vtu"])
+
+
+class Memory(Case):
+    def test_what_a_build_takes_was_foreseen(self):
+        self.grid(22)  # 64 thousand tets: the program itself is no more than half of it
+        for arguments in [["--method", "QN"], ["--threads", "2", "--target-vertices", "40%"],
+                          ["--field", "smooth", "--evaluate", "vertices", "--threads", "1"]]:
+            with self.subTest(arguments):
+                report = self.json("build", "grid.vtu", *arguments)
+                peak, foreseen = report["peak_memory_bytes"], report["foreseen_memory_bytes"]
+                self.assertEqual(report["peak_memory_bytes_per_tet"], peak / report["input"]["tets"])
+                self.assertGreater(peak, 200 * report["input"]["tets"])
+                if b"__asan_init" in pathlib.Path(PTET).read_bytes():
+                    continue  # there is more than the program asks for
+                self.assertLessEqual(peak, foreseen)
+                self.assertLessEqual(foreseen, 1.3 * peak + 40e6)  # the program and its libraries do not grow
+
+    def test_a_limit_is_kept_before_it_is_passed(self):
+        self.grid(16)
+        self.ptet("build", "grid.vtu", "-q")
+        whole = (self.folder / "grid.ptet").read_bytes()
+        self.ptet("build", "grid.vtu", "-q", "--memory-limit", "64GiB")
+        self.assertEqual((self.folder / "grid.ptet").read_bytes(), whole)
+        (self.folder / "grid.ptet").unlink()
+        # The head of the file is enough; then the counts of the mesh, before anything is made of it.
+        self.refused(5, "build", "grid.vtu", "--memory-limit", "1M", says=["reading 24,576 cells", "allows 1,000,000"])
+        self.refused(5, "build", "grid.vtu", "--memory-limit", "40M", "--threads", "2",
+                     says=["24576 tets", "would take up to", "the limit is 40 MB"])
+        self.assertEqual(self.files(), ["grid.vtu"])
 
 
 class Methods(Case):

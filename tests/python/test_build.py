@@ -67,6 +67,10 @@ class Build(unittest.TestCase):
     def test_threads_do_not_matter(self):
         self.assertEqual(bytes(ptet.build(*cube(), threads=1).data), built())
         self.assertEqual(bytes(ptet.build(*cube(), threads=3).data), built())
+        whole = ptet.build(*cube(), memory_limit=2**40)
+        self.assertEqual(bytes(whole.data), built())
+        self.assertGreater(whole.report.peak_memory_bytes, 0)
+        self.assertRaisesRegex(ptet.LimitError, "of memory", ptet.build, *cube(), memory_limit=1000)
 
     def test_a_file_is_the_same_bytes(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -1,10 +1,13 @@
 // From a mesh in memory to a cut, with and without a file between.
+#include "build/memory_need.hpp"
 #include "ptet/build.hpp"
 #include "ptet/dataset.hpp"
 #include "support/meshes.hpp"
 #include "support/temp_folder.hpp"
 
+#include <algorithm>
 #include <cstring>
+#include <filesystem>
 
 #include <catch2/catch.hpp>
 
@@ -66,4 +69,82 @@ TEST_CASE("built in memory: cancelled at any stage, and refused") {
     CHECK_THROWS_AS(build_memory(mesh, quick(), nullptr, {}, {}, cancel), Error);
   }
   CHECK_THROWS_AS(build_memory({}), Error);
+}
+
+TEST_CASE("memory limit: what is foreseen to pass it is refused, and nothing is left behind") {
+  const TetMesh mesh = test::grid({});
+  const test::TempFolder folder;
+  BuildOptions options = quick();
+  options.memory_limit = 1000;
+  try {
+    build_file(mesh, folder / "mesh.ptet", options);
+    FAIL("was not refused");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kLimit);
+    CHECK(std::string(error.what()).find("the limit is 0 MB") != std::string::npos);
+  }
+  CHECK(std::filesystem::is_empty(folder / ""));
+  options.memory_limit = std::uint64_t{1} << 40;
+  BuildReport report;
+  CHECK(text_of(build_memory(mesh, options, &report)) == text_of(build_memory(mesh, quick())));
+  CHECK(report.foreseen_memory_bytes > 0);
+  CHECK(report.peak_memory_bytes > 0);
+}
+
+TEST_CASE("memory limit: a process that comes near it ends the build between two rounds, with a checkpoint") {
+  const TetMesh mesh = test::grid({});
+  const test::TempFolder folder;
+  BuildReport report;
+  const std::string whole = text_of(build_memory(mesh, quick(), &report));
+  BuildOptions options = quick();
+  options.memory_limit = report.foreseen_memory_bytes + 100'000'000;
+  options.checkpoint.path = folder / "ckpt";
+  std::vector<char> ballast; // of somebody else in the process
+  const auto grow = [&](const Progress& progress) {
+    if (progress.stage == "collapsing" && progress.done > 0 && ballast.empty()) ballast.assign(400'000'000, 1);
+    return true;
+  };
+  try {
+    build_file(mesh, folder / "mesh.ptet", options, {}, {}, grow);
+    FAIL("was not ended");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kLimit);
+    CHECK(std::string(error.what()).find("come near the memory limit") != std::string::npos);
+    CHECK(std::string(error.what()).find("in the checkpoint") != std::string::npos);
+  }
+  CHECK(ballast.size() == 400'000'000);
+  CHECK(!std::filesystem::exists(folder / "mesh.ptet"));
+  ballast = std::vector<char>();
+  options.checkpoint.resume = true;
+  const BuildReport resumed = build_file(mesh, folder / "mesh.ptet", options);
+  CHECK(resumed.resumed_records > 0);
+  CHECK(test::read_bytes(folder / "mesh.ptet") == whole);
+}
+
+TEST_CASE("memory limit: says what would help") {
+  build::BuildCounts counts{200'000, 1'000'000, 40'000, 32, 3, 5};
+  BuildOptions options;
+  options.threads = 4;
+  options.memory_limit = 100'000'000;
+  const build::MemoryWatch watch({}, options);
+  try {
+    (void)watch.check(counts);
+    FAIL("was not refused");
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    for (const char* part :
+         {"1000000 tets", "the limit is 100 MB", "with method QN", "with one governing field", "with one thread"})
+      CHECK(message.find(part) != std::string::npos);
+  }
+  // It grows with everything that is counted.
+  const std::uint64_t need = build::memory_need(counts, options).most();
+  for (std::uint64_t build::BuildCounts::*const part :
+       {&build::BuildCounts::vertices, &build::BuildCounts::tets, &build::BuildCounts::boundary_faces,
+        &build::BuildCounts::row_bytes, &build::BuildCounts::channels}) {
+    build::BuildCounts more = counts;
+    more.*part *= 2;
+    CHECK(build::memory_need(more, options).most() > need);
+  }
+  options.target_vertices = 0.5;
+  CHECK(build::memory_need(counts, options).most() < need);
 }

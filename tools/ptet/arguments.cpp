@@ -145,7 +145,15 @@ std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
     std::string_view name;
     std::uint64_t bytes;
   };
-  static constexpr std::array<Unit, 3> kUnits = {{{"kB", 1000}, {"MB", 1000000}, {"GB", 1000000000}}};
+  static constexpr std::array<Unit, 9> kUnits = {{{"kB", 1000},
+                                                  {"MB", 1000000},
+                                                  {"GB", 1000000000},
+                                                  {"KiB", 1 << 10},
+                                                  {"MiB", 1 << 20},
+                                                  {"GiB", 1 << 30},
+                                                  {"k", 1000},
+                                                  {"M", 1000000},
+                                                  {"G", 1000000000}}};
   for (const Unit& unit : kUnits) {
     if (!text.ends_with(unit.name)) continue;
     const auto value = finite(text.substr(0, text.size() - unit.name.size()));

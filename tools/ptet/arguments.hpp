@@ -3,7 +3,7 @@
 //   bound    X | X%                        absolute | percent of the field's range, or of the bounding-box diagonal
 //   bounds   bound | NAME=bound, ...       for every governing field | for one; an entry may follow after a comma
 //   count    N | N%                        so many | percent of the original's
-//   size     N | NkB | NMB | NGB           bytes, in thousands
+//   size     N | NkB | NMB | NGB           bytes, in thousands; kB or k, and so on; KiB, MiB, GiB: in 1024s
 //   time     N | Ns | Nm | Nh              seconds, minutes, hours
 //   region   box:x0,y0,z0,x1,y1,z1 | sphere:x,y,z,r | half:nx,ny,nz,d | obox:x,y,z,ax,ay,az,bx,by,bz,h
 //   values   FIELD=V | FIELD=MIN..MAX      either end may be left out

@@ -35,6 +35,7 @@ struct Arguments {
   std::optional<std::string> max_star;
   std::optional<std::string> pieces;
   std::optional<std::string> threads;
+  std::optional<std::string> memory_limit;
   std::optional<std::string> checkpoint;
   std::optional<std::string> checkpoint_every;
   bool resume = false;
@@ -142,6 +143,7 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.threads) {
     wishes.options.threads = static_cast<unsigned>(parse_whole("--threads", *arguments.threads, 0, 1024));
   }
+  if (arguments.memory_limit) wishes.options.memory_limit = parse_bytes("--memory-limit", *arguments.memory_limit);
   if (arguments.checkpoint_every) {
     wishes.options.checkpoint.every_seconds = parse_duration("--checkpoint-every", *arguments.checkpoint_every);
   }
@@ -205,6 +207,16 @@ std::string checkpoint_of(const Arguments& arguments, const std::string& output)
     throw Error(ErrorCode::kIo, "--resume: there is no checkpoint '" + given + "'; without --resume the build begins");
   }
   return path;
+}
+
+/// The build looks after itself; here it is about reading.
+void check_reading(const std::string& input, std::uint64_t limit) {
+  const auto announced = limit == 0 ? std::nullopt : announced_mesh(input);
+  if (!announced || announced->bytes_to_read() <= limit) return;
+  throw Error(ErrorCode::kLimit, input + ": reading " + grouped(announced->cells) + " cells and " +
+                                     grouped(announced->points) + " points takes some " +
+                                     grouped(announced->bytes_to_read()) +
+                                     " bytes of memory, and --memory-limit allows " + grouped(limit));
 }
 
 /// Everything there is to say after a build.
@@ -292,6 +304,9 @@ void print_json(const Outcome& outcome) {
   json["walk"] = walk;
   json["file_bytes"] = build.file_bytes;
   json["bytes_per_vertex"] = per(build.file_bytes, build.input_vertices);
+  json["peak_memory_bytes"] = build.peak_memory_bytes;
+  json["foreseen_memory_bytes"] = build.foreseen_memory_bytes;
+  json["peak_memory_bytes_per_tet"] = per(build.peak_memory_bytes, build.input_tets);
   json["ratio_to_input"] = per(build.file_bytes, outcome.input_bytes);
   json["collapse_seconds"] = build.collapse_seconds;
   json["certify_seconds"] = build.certify_seconds;
@@ -348,6 +363,10 @@ void print_text(const Outcome& outcome) {
   out << "  file      " << counted(build.file_bytes, "byte") << ", "
       << brief(per(build.file_bytes, build.input_vertices), 3) << " a vertex, "
       << brief(per(build.file_bytes, outcome.input_bytes), 3) << " of the input file\n";
+  if (build.peak_memory_bytes > 0)
+    out << "  memory    " << counted(build.peak_memory_bytes, "byte") << " at most, "
+        << brief(per(build.peak_memory_bytes, build.input_tets), 3) << " an input tet; "
+        << counted(build.foreseen_memory_bytes, "byte") << " were foreseen\n";
   if (options.checkpoint.resume)
     out << "  resumed   after " << counted(build.resumed_records, "collapse") << ", made again in "
         << brief(build.resume_seconds, 3) << " s\n";
@@ -402,6 +421,7 @@ void run(const Arguments& arguments) {
   ProgressLine progress(arguments.quiet);
   const ProgressCallback callback = ranks.watching(progress.callback());
   progress.stage("reading");
+  check_reading(arguments.input, wishes.options.memory_limit);
   TetMesh mesh = read_mesh(arguments.input, &outcome.read, callback);
   BuildOptions options = wishes.options;
   options.checkpoint.path = checkpoint;
@@ -521,6 +541,11 @@ void add_build(CLI::App& program) {
       ->add_option("--threads", arguments->threads,
                    "worker threads; 0: as many as the machine has (0).\nThe file does not depend on it")
       ->option_text("N");
+  command
+      ->add_option("--memory-limit", arguments->memory_limit,
+                   "refuse a build that would have more memory resident,\n"
+                   "before it has: 8G, 500M or bytes (no limit)")
+      ->option_text("N|NG|NM|Nk");
   command
       ->add_option("--checkpoint", arguments->checkpoint,
                    "keep what was done in FILE from time to time, and on\n"

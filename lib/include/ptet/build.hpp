@@ -102,10 +102,16 @@ struct BuildOptions {
   /// In 1 .. 65536; more than 1: the mesh is cut in so many pieces of equally many vertices, each is collapsed by
   /// itself, one after the other, with its seams frozen, then seams and all that is left together. What collapsing
   /// takes besides the mesh, in the first pass, is memory for one piece; the second pass holds all of the mesh. The
-  /// output depends on the number, not on where the pieces were collapsed (ptet/pieces_build.hpp). No checkpoints are kept.
+  /// output depends on the number, not on where the pieces were collapsed (ptet/pieces_build.hpp). No checkpoints are
+  /// kept.
   std::uint32_t pieces = 1;
   /// Worker threads; 0: as many as the machine has. The output does not depend on it.
   unsigned threads = 0;
+  /// The most resident memory that the process may come to, in bytes; 0: no limit. The build is refused when it is
+  /// foreseen to take more: from the counts of the mesh before anything is made of it, again when its boundary is
+  /// known; and it ends between two rounds when the process, with whatever else it does, comes near the limit. The
+  /// output does not depend on it.
+  std::uint64_t memory_limit = 0;
   CheckpointOptions checkpoint;
 };
 
@@ -154,6 +160,11 @@ struct BuildReport {
   std::uint64_t piece_records_dropped = 0;
   double piece_seconds = 0;  ///< wall time of collapsing the pieces, where that was done by this call
   double follow_seconds = 0; ///< wall time of making their collapses in the whole mesh
+  /// The most resident memory that the process had by the end of the build, whatever had it; 0 where the system does
+  /// not tell.
+  std::uint64_t peak_memory_bytes = 0;
+  /// What was foreseen of it when the boundary was known, see BuildOptions::memory_limit.
+  std::uint64_t foreseen_memory_bytes = 0;
 };
 
 /// Simplifies `mesh` and writes all its levels to `path`, through a temporary file beside it that is synced and then

@@ -76,6 +76,9 @@ ptet_status ptet_builder_set_max_star(ptet_builder* builder, uint32_t cells, pte
 ptet_status ptet_builder_set_round_fraction(ptet_builder* builder, double fraction, ptet_error** error);
 /* 0, as at first: as many as the machine has. The bytes that come out do not depend on it. */
 ptet_status ptet_builder_set_threads(ptet_builder* builder, uint32_t threads, ptet_error** error);
+/* The most resident memory, in bytes, that the process may come to; 0, as at first: no limit. A build that would take
+ * more is refused before it takes it (PTET_LIMIT). The copy of the mesh in the builder counts. */
+ptet_status ptet_builder_set_memory_limit(ptet_builder* builder, uint64_t bytes, ptet_error** error);
 /* Name and hash of where the mesh comes from, kept in the file as they are; either may be NULL. */
 ptet_status ptet_builder_set_source(ptet_builder* builder, const char* name, const char* hash, ptet_error** error);
 
@@ -89,8 +92,9 @@ typedef struct ptet_build_report {
   uint64_t base_tets;
   uint64_t records;
   uint64_t file_bytes;
-  double domain_error; /* largest of any collapse, mesh units */
-  double seconds;      /* wall time */
+  double domain_error;        /* largest of any collapse, mesh units */
+  double seconds;             /* wall time */
+  uint64_t peak_memory_bytes; /* the most that the process had resident by then; 0: not known */
 } ptet_build_report;
 
 /* Writes the file, whole or not at all: an older one of that name stays until the new one is there.

@@ -72,6 +72,8 @@ class BuildReport:
         cut_dependencies: added so that the boundary of no cut crosses itself.
         file_bytes: size of the file.
         collapse_seconds, certify_seconds, total_seconds: wall time.
+        peak_memory_bytes, foreseen_memory_bytes: the most resident memory that the process had by the end of the build,
+            whatever had it (0: not known), and what was foreseen of it.
     """
 
     input_vertices: int
@@ -94,6 +96,8 @@ class BuildReport:
     collapse_seconds: float
     certify_seconds: float
     total_seconds: float
+    peak_memory_bytes: int
+    foreseen_memory_bytes: int
 
 
 class Built:
@@ -154,8 +158,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
           predict: str | None = None, evaluate: str | None = None, objective: str = "both",
           max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
           target_vertices: Count | float = 0.01, min_quality: float = 1e-3, max_star: int = 64,
-          round_fraction: float = 0.3, threads: int = 0, source_name: str = "", source_hash: str = "",
-          progress: Optional[ProgressCallback] = None) -> Built:
+          round_fraction: float = 0.3, threads: int = 0, memory_limit: int = 0, source_name: str = "",
+          source_hash: str = "", progress: Optional[ProgressCallback] = None) -> Built:
     """Simplifies a mesh, and keeps all its levels in one file.
 
     Arrays of any memory layout and byte order are taken; they are copied, and their numbers come back bit for bit.
@@ -180,6 +184,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         max_star: cap on the tets and boundary faces around a vertex, 8 to 4096.
         round_fraction: the best part of the candidates that a round may take, in (0, 1].
         threads: worker threads; 0: as many as the machine has. The bytes do not depend on it.
+        memory_limit: the most resident memory, in bytes, that the process may come to; 0: no limit. A build that would
+            take more is refused before it takes it (LimitError).
         source_name, source_hash: where the mesh comes from, kept in the file as they are.
         progress: see ProgressCallback.
 
@@ -211,7 +217,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target, float(min_quality), prediction,
         evaluation, objective, _whole(max_star, 8, 4096, "max_star"), float(round_fraction),
-        _whole(threads, 0, 1024, "threads"), source_name, source_hash, progress)
+        _whole(threads, 0, 1024, "threads"), _whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
+        source_name, source_hash, progress)
     report["walk"] = [Round(*step) for step in report["walk"]]
     return Built(path, None if data is None else memoryview(data), BuildReport(**report))
 

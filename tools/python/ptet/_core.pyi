@@ -31,6 +31,7 @@ def build(
     max_star: int,
     round_fraction: float,
     threads: int,
+    memory_limit: int,
     source_name: str,
     source_hash: str,
     progress: Callable[[str, int, int], Any] | None,

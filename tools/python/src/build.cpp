@@ -71,6 +71,8 @@ py::dict to_dict(const BuildReport& report) {
   dict["collapse_seconds"] = report.collapse_seconds;
   dict["certify_seconds"] = report.certify_seconds;
   dict["total_seconds"] = report.total_seconds;
+  dict["peak_memory_bytes"] = report.peak_memory_bytes;
+  dict["foreseen_memory_bytes"] = report.foreseen_memory_bytes;
   return dict;
 }
 
@@ -106,8 +108,8 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
                 const std::vector<std::tuple<std::string, double, bool>>& max_field_error,
                 const PlainBound& max_domain_error, double target_vertices, double min_quality,
                 const std::string& prediction, const std::string& evaluation, const std::string& objective,
-                std::uint32_t max_star, double round_fraction, unsigned threads, const std::string& source_name,
-                const std::string& source_hash, const py::object& progress) {
+                std::uint32_t max_star, double round_fraction, unsigned threads, std::uint64_t memory_limit,
+                const std::string& source_name, const std::string& source_hash, const py::object& progress) {
   BuildOptions options;
   options.fields = govern;
   for (const auto& [field, value, relative] : max_field_error)
@@ -121,6 +123,7 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
   options.max_star = max_star;
   options.round_fraction = round_fraction;
   options.threads = threads;
+  options.memory_limit = memory_limit;
 
   TetMesh mesh = to_mesh(points, tets, fields);
   BuildReport report;
@@ -155,8 +158,8 @@ void bind_build(py::module_& module) {
   module.def("build", &build, py::arg("points"), py::arg("tets"), py::arg("fields"), py::arg("out"), py::arg("govern"),
              py::arg("max_field_error"), py::arg("max_domain_error"), py::arg("target_vertices"),
              py::arg("min_quality"), py::arg("prediction"), py::arg("evaluation"), py::arg("objective"),
-             py::arg("max_star"), py::arg("round_fraction"), py::arg("threads"), py::arg("source_name"),
-             py::arg("source_hash"), py::arg("progress"));
+             py::arg("max_star"), py::arg("round_fraction"), py::arg("threads"), py::arg("memory_limit"),
+             py::arg("source_name"), py::arg("source_hash"), py::arg("progress"));
   module.def("validate", &validate_arrays, py::arg("points"), py::arg("tets"), py::arg("fields"), py::arg("progress"));
 }
 

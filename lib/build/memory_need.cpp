@@ -1,0 +1,186 @@
+#include "build/memory_need.hpp"
+
+#include "build/process_memory.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include <oneapi/tbb/info.h>
+
+namespace ptet::build {
+namespace {
+
+// What builds have come to, at most, of 0.2 to 10 million tets, cubes, balls and given meshes.
+constexpr double kModified = 18.5;      ///< tets and boundary faces that a collapse changes
+constexpr double kConsumed = 25;        ///< and takes from the star
+constexpr double kPoolGrowth = 2.5;     ///< of the stars' pool, and its old copy while it grows
+constexpr double kListGrowth = 1.5;     ///< of lists that grow with the records, likewise
+constexpr double kParents = 14;         ///< records that a record needs
+constexpr double kSurfaceSampled = 420; ///< a boundary face in the half-edge surface and its index
+constexpr double kSurfaceBound = 1100;  ///< and with the pieces that it stands for
+/// What allocation adds.
+constexpr double kOverhead = 1.05;
+/// Code, tables of libraries, small things.
+constexpr double kFixed = 16e6;
+
+constexpr double kNearLimit = 0.97;
+
+bool measures_in_loop(const BuildOptions& options) {
+  return options.prediction == Prediction::kExact ||
+         (options.evaluation == Evaluation::kExact && !options.max_field_error.empty());
+}
+
+unsigned threads_of(const BuildOptions& options) {
+  return options.threads != 0 ? options.threads : static_cast<unsigned>(oneapi::tbb::info::default_concurrency());
+}
+
+double records_of(const BuildCounts& counts, const BuildOptions& options) {
+  const auto vertices = static_cast<double>(counts.vertices);
+  const double target = options.target_vertices < 1 ? options.target_vertices * vertices : options.target_vertices;
+  return std::max(0.0, vertices - target);
+}
+
+/// Bytes of the original's topology that exact errors are measured on, with what each thread has.
+double exact_bytes(double vertices, double tets, double faces, unsigned threads) {
+  constexpr double kCell = 40, kStar = 16; // vertices, neighbours, volume; the tets of each corner
+  return (kCell + kStar) * tets + 5 * vertices + 60 * faces + threads * (4 * tets + 8 * vertices);
+}
+
+std::uint64_t whole(double bytes) {
+  return static_cast<std::uint64_t>(std::ceil(kOverhead * bytes + kFixed));
+}
+
+BuildCounts counted(const TetMesh& mesh, const BuildOptions& options) {
+  BuildCounts counts;
+  counts.vertices = mesh.vertex_count();
+  counts.tets = mesh.tets.size();
+  counts.row_bytes = mesh.positions.row_bytes();
+  const auto governs = [&](const PointArray& array, bool any_type) {
+    if (!options.fields.empty())
+      return std::find(options.fields.begin(), options.fields.end(), array.name) != options.fields.end();
+    return any_type || array.type == ScalarType::kFloat32 || array.type == ScalarType::kFloat64;
+  };
+  for (const bool any_type : {false, true}) {
+    for (const PointArray& array : mesh.point_arrays) {
+      if (!any_type) counts.row_bytes += array.row_bytes();
+      if (!governs(array, any_type)) continue;
+      ++counts.fields;
+      counts.channels += array.components;
+    }
+    if (counts.fields > 0) break;
+  }
+  return counts;
+}
+
+} // namespace
+
+std::string bytes_text(std::uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, bytes < 1000000000 ? "%.0f MB" : "%.2f GB",
+                static_cast<double>(bytes) * (bytes < 1000000000 ? 1e-6 : 1e-9));
+  return text;
+}
+
+BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
+  return counted(mesh, options);
+}
+
+BuildCounts count(const PreparedMesh& prepared, const BuildOptions& options) {
+  BuildCounts counts = counted(prepared.mesh, options);
+  counts.boundary_faces = prepared.boundary_faces.size();
+  return counts;
+}
+
+std::uint64_t MemoryNeed::most() const {
+  return std::max({prepare, collapse, write});
+}
+
+MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
+  const auto vertices = static_cast<double>(counts.vertices), tets = static_cast<double>(counts.tets),
+             faces = static_cast<double>(counts.boundary_faces), row = static_cast<double>(counts.row_bytes),
+             fields = static_cast<double>(counts.fields), channels = static_cast<double>(counts.channels);
+  const double slots = tets + faces, records = records_of(counts, options);
+  const double versions = slots + kModified * records, consumed = kConsumed * records;
+  const bool is_exact = options.evaluation == Evaluation::kExact;
+  const unsigned threads = threads_of(options);
+  const double mesh = 16 * tets + row * vertices;
+
+  MemoryNeed need;
+  // A copy of the tets, the table of faces with what is sorted for it, marks; positions as doubles.
+  need.prepare = whole(mesh + (16 + 5 + 16 + 48) * tets + (24 + 40) * vertices + 120 * faces);
+
+  const double prepared = mesh + (24 + 5 + 8 * channels) * vertices + 12 * faces;
+  const double stream = 16 * versions + kListGrowth * (4 * consumed + (50 + 8 * fields * (is_exact ? 3 : 1)) * records);
+  const double complex = 32 * slots + 12 * vertices + kPoolGrowth * (16 * tets + 12 * faces) +
+                         (is_exact ? kSurfaceBound : kSurfaceSampled) * faces;
+  const double quadrics = (12 + 112 * channels) * vertices + 100 * faces;
+  const double candidates = (44 + 10) * vertices + threads * 4 * vertices;
+  const double samples = options.evaluation == Evaluation::kSamples ? (24 + 8 + 9 + 8 * channels) * tets : 0;
+  const double measuring = is_exact ? exact_bytes(vertices, tets, faces, threads) : 0;
+  const double integrals = options.prediction == Prediction::kExact ? 8 * fields * slots : 0;
+  const double afterwards = 4 * versions + (4 * kParents + 40) * records + 60 * faces; // finding crossing cuts
+  const double looping = quadrics + candidates + samples + integrals + (measures_in_loop(options) ? measuring : 0);
+  need.collapse = whole(prepared + stream + complex + 9 * vertices +
+                        std::max({looping, quadrics + measuring + 4 * versions, quadrics + afterwards}));
+
+  // Consumers, numbers of versions both ways; the refinement: versions, states, places, parents, rims.
+  const double refinement = (16 + 4) * versions + 24 * slots +
+                            kListGrowth * (4 * kModified + 5 * kParents + 4 * (kConsumed - kModified)) * records +
+                            50 * records;
+  const double per_record = 24 + 60 + 4 * (fields + 1) + 12 * fields;
+  need.write = whole(row * vertices * 2 + stream + (4 + 8) * versions + refinement + per_record * records);
+  return need;
+}
+
+MemoryWatch::MemoryWatch(const TetMesh& mesh, const BuildOptions& options) : options_(options) {
+  release_freed_memory();
+  std::uint64_t own = 16 * mesh.tets.size() + mesh.positions.bytes.size();
+  for (const PointArray& array : mesh.point_arrays)
+    own += array.bytes.size();
+  const std::uint64_t resident = resident_bytes();
+  others_ = resident > own ? resident - own : 0;
+}
+
+std::uint64_t MemoryWatch::check(const BuildCounts& counts) const {
+  const std::uint64_t limit = options_.memory_limit;
+  const auto need_of = [&](const BuildCounts& some, const BuildOptions& options) {
+    return memory_need(some, options).most() + others_;
+  };
+  const std::uint64_t need = need_of(counts, options_);
+  if (limit == 0 || need <= limit) return need;
+  std::string message = "the build of " + std::to_string(counts.tets) + " tets would take up to " + bytes_text(need) +
+                        " of memory, and the limit is " + bytes_text(limit) + "; it would take up to ";
+  std::vector<std::string> ways;
+  const auto offer = [&](const BuildCounts& some, const BuildOptions& options, const std::string& how) {
+    const std::uint64_t less = need_of(some, options);
+    if (static_cast<double>(less) < 0.97 * static_cast<double>(need)) ways.push_back(bytes_text(less) + " " + how);
+  };
+  BuildOptions quick = options_;
+  quick.prediction = Prediction::kQuadric;
+  quick.evaluation = Evaluation::kNone;
+  if (options_.prediction != Prediction::kQuadric || options_.evaluation != Evaluation::kNone)
+    offer(counts, quick, "with method QN");
+  BuildCounts one_field = counts;
+  one_field.fields = one_field.channels = std::min<std::uint64_t>(1, counts.channels);
+  if (counts.channels > 1) offer(one_field, options_, "with one governing field of one component");
+  BuildOptions one_thread = options_;
+  one_thread.threads = 1;
+  if (threads_of(options_) > 1) offer(counts, one_thread, "with one thread");
+  if (ways.empty()) {
+    message.resize(message.rfind("; "));
+  } else {
+    for (std::size_t i = 0; i < ways.size(); ++i)
+      message += (i == 0 ? "" : i + 1 == ways.size() ? " or " : ", ") + ways[i];
+  }
+  throw Error(ErrorCode::kLimit, message);
+}
+
+bool near_memory_limit(const BuildOptions& options) {
+  return options.memory_limit != 0 &&
+         static_cast<double>(resident_bytes()) > kNearLimit * static_cast<double>(options.memory_limit);
+}
+
+} // namespace ptet::build
