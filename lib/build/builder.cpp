@@ -747,7 +747,7 @@ private:
   CollapseStatus collapse_if_allowed(Verdict* measured) {
     Trial& trial = candidates_->trial();
     const CollapseCheck& check = trial.check();
-    const auto [vs, vd] = std::pair(check.plan().vs, check.plan().vd);
+    const Vertex vs = check.plan().vs, vd = check.plan().vd;
     const auto [status, sampled_domain_error] = examine_surface(check.plan());
     if (status != CollapseStatus::kAccepted) return status;
     double domain_error = sampled_domain_error;

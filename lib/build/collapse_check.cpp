@@ -93,7 +93,7 @@ void CollapseCheck::common_edges(const Slot& slot, Vertex apex, std::vector<Edge
 }
 
 bool CollapseCheck::link_condition() {
-  const auto [vs, vd] = std::pair(plan_.vs, plan_.vd);
+  const Vertex vs = plan_.vs, vd = plan_.vd;
   const auto has_link_triangle = [&](const Slot& slot, Vertex apex) {
     return std::all_of(slot.v.begin(), slot.v.end(), [&](Vertex x) { return x == apex || in_link_of_edge(x); });
   };
@@ -121,7 +121,7 @@ bool CollapseCheck::link_condition() {
 }
 
 bool CollapseCheck::inverts() const {
-  const auto [vs, vd] = std::pair(plan_.vs, plan_.vd);
+  const Vertex vs = plan_.vs, vd = plan_.vd;
   for (const SlotId s : plan_.modified) {
     const Slot& slot = complex_.slot(s);
     if (complex_.is_ghost(slot)) continue;
@@ -137,7 +137,7 @@ bool CollapseCheck::inverts() const {
 }
 
 bool CollapseCheck::spoils_shapes() {
-  const auto [vs, vd] = std::pair(plan_.vs, plan_.vd);
+  const Vertex vs = plan_.vs, vd = plan_.vd;
   plan_.new_quality.clear();
   for (const SlotId s : plan_.modified) {
     const Slot& slot = complex_.slot(s);
