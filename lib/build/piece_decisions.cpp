@@ -12,13 +12,51 @@
 namespace ptet::build {
 namespace {
 
-/// A piece is collapsed until this part of the vertices that may move in it is left: what is then left of all is soon
-/// collapsed with the seams, and is not yet so coarse that the seams stand out.
-constexpr double kLeftInPiece = 0.125;
+/// A piece is collapsed until this part of the vertices that may move in it is left.
+constexpr double kLeftInPiece = 0.1;
+/// Collapsed equally far the pieces are not equally good: of the collapses of all pieces this part is made, the
+/// cheapest (each piece up to the same cost); the others are left to the second pass, to be weighed against all.
+/// Without that a cut at 2% field error had 30.2% of the vertices of a graded mesh of 187 k tets, with it 24.5%,
+/// whole 24.6%.
+constexpr double kTaken = 0.75;
 
 double target_part(const PreparedMesh& prepared, const BuildOptions& options) {
   return options.target_vertices < 1 ? options.target_vertices
                                      : options.target_vertices / static_cast<double>(prepared.used_vertex_count);
+}
+
+/// Of a piece: the most that a collapse might cost up to the end of a round, and where in the records it ends.
+struct CostOfRound {
+  double cost;
+  std::size_t begin, end;
+};
+
+std::vector<CostOfRound> costs_of_rounds(const RecordStream& records, const std::vector<RoundReport>& walk) {
+  std::vector<CostOfRound> costs;
+  double cost = 0;
+  std::size_t end = 0;
+  for (const RoundReport& step : walk) {
+    const std::size_t begin = end;
+    while (end < records.round.size() && records.round[end] == records.round[begin])
+      ++end;
+    cost = std::max(cost, step.cost);
+    costs.push_back({cost, begin, end});
+  }
+  return costs;
+}
+
+/// The cost up to which collapses are made.
+double limit_of_cost(std::vector<CostOfRound> costs) {
+  std::sort(costs.begin(), costs.end(), [](const CostOfRound& a, const CostOfRound& b) { return a.cost < b.cost; });
+  std::size_t total = 0;
+  for (const CostOfRound& round : costs)
+    total += round.end - round.begin;
+  std::size_t sum = 0;
+  for (const CostOfRound& round : costs) {
+    sum += round.end - round.begin;
+    if (static_cast<double>(sum) >= kTaken * static_cast<double>(total)) return round.cost;
+  }
+  return 0;
 }
 
 } // namespace
@@ -133,16 +171,24 @@ Decisions PieceDecisions::merge(std::span<const std::vector<std::byte>> decided)
   Decisions all;
   struct Source {
     OfPiece of;
+    std::size_t end = 0; ///< of the collapses that are made
     std::size_t next = 0, next_round = 0;
   };
   std::vector<Source> sources;
+  std::vector<CostOfRound> costs;
   for (std::uint32_t p = 0; p < piece_count(); ++p) {
     const OfPiece& of = sources.emplace_back(Source{read(p, decided[p])}).of;
+    const std::vector<CostOfRound> rounds = costs_of_rounds(of.records, of.walk);
+    costs.insert(costs.end(), rounds.begin(), rounds.end());
     for (std::size_t i = 0; i < all.collapses.size(); ++i)
       all.collapses[i] += of.collapses[i];
     all.simulations += of.simulations;
     all.exact_evaluations += of.exact_evaluations;
   }
+  const double limit = limit_of_cost(std::move(costs));
+  for (Source& source : sources)
+    for (const CostOfRound& round : costs_of_rounds(source.of.records, source.of.walk))
+      if (round.cost <= limit) source.end = round.end;
   const std::size_t fields = arrays_.size();
   const auto append = [&](const std::vector<double>& from, std::size_t i, std::vector<double>& to) {
     if (from.empty()) return;
@@ -153,15 +199,15 @@ Decisions PieceDecisions::merge(std::span<const std::vector<std::byte>> decided)
     constexpr std::uint32_t kNoRound = std::numeric_limits<std::uint32_t>::max();
     std::uint32_t round = kNoRound;
     for (const Source& source : sources)
-      if (source.next < source.of.records.removed.size()) round = std::min(round, source.of.records.round[source.next]);
+      if (source.next < source.end) round = std::min(round, source.of.records.round[source.next]);
     if (round == kNoRound) break;
     double& cost = all.round_cost.emplace_back(0);
     for (std::uint32_t p = 0; p < sources.size(); ++p) {
       Source& source = sources[p];
       const RecordStream& from = source.of.records;
-      if (source.next == from.removed.size() || from.round[source.next] != round) continue;
+      if (source.next == source.end || from.round[source.next] != round) continue;
       cost = std::max(cost, source.of.walk[source.next_round++].cost);
-      for (; source.next < from.removed.size() && from.round[source.next] == round; ++source.next) {
+      for (; source.next < source.end && from.round[source.next] == round; ++source.next) {
         const std::size_t i = source.next;
         all.piece.push_back(p);
         all.records.removed.push_back(from.removed[i]);

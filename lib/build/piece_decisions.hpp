@@ -2,7 +2,8 @@
 //
 //   first pass    decide   every piece, here or elsewhere, in any order: collapsed by a builder of its own, the rest of
 //                          the mesh frozen, until a small part of what may move is left. What it decided is some bytes
-//   second pass   merge    all that, by rounds: collapses of different pieces do not touch
+//   second pass   merge    all that, by rounds: collapses of different pieces do not touch. Each piece is followed up
+//                          to the same cost
 //                 builder  makes the collapses again in the whole mesh, without searching, then goes on with the seams
 //                          and all that is left
 //
@@ -44,8 +45,8 @@ public:
   /// What is decided in a piece. `progress` sees the collapses in it.
   /// Thread rule: const; uses options.threads threads. Throws Error as build_records does.
   [[nodiscard]] std::vector<std::byte> decide(std::uint32_t piece, const ProgressCallback& progress) const;
-  /// All together. `decided`: by piece. Throws Error: kBadArgument when some are of another build, kCorruptFile when
-  /// they are damaged.
+  /// All together, but for the costliest. `decided`: by piece. Throws Error: kBadArgument when some are of another
+  /// build, kCorruptFile when they are damaged.
   [[nodiscard]] Decisions merge(std::span<const std::vector<std::byte>> decided) const;
 
 private:
