@@ -35,7 +35,7 @@ test_packages+=("${python_packages[@]}" mypy) # mypy: the module's types
 paraview_packages=(g++ cmake ninja-build pkg-config libboost-dev libzstd-dev libxxhash-dev paraview-dev
   python3-paraview libopenmpi-dev mpi-default-bin libgl1-mesa-dri xvfb xauth)
 mpi_packages=(libopenmpi-dev openmpi-bin)
-bench_packages=(libbenchmark-dev python3-matplotlib)
+bench_packages=(libbenchmark-dev python3-matplotlib python3-zstandard)
 web_packages=(
   emscripten nodejs # the library in WebAssembly
   xz-utils          # zstd's decoder, from its source package

@@ -1,13 +1,19 @@
-// How fast a file that is in memory already gives meshes: cuts by error, by size and by focus, in tets a second.
+// How fast a file that is in memory already gives meshes: cuts by error, by size and by focus, in tets a second; and
+// how fast it is decoded.
 //
 //   cut_bench FILE.ptet [--benchmark_...]
 #include "ptet/dataset.hpp"
 #include "ptet/error.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <benchmark/benchmark.h>
 
@@ -55,6 +61,29 @@ void add(const std::string& name, const std::shared_ptr<const Dataset>& data, co
   })->Unit(benchmark::kMillisecond);
 }
 
+std::vector<std::byte> bytes_of(const char* path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<char> text{std::istreambuf_iterator<char>(file), {}};
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+/// From the bytes of the file to the mesh at full resolution.
+void add_decoding(const char* path) {
+  benchmark::RegisterBenchmark("decode the whole file",
+                               [bytes = bytes_of(path)](benchmark::State& state) {
+                                 std::int64_t tets = 0;
+                                 for (auto _ : state) {
+                                   const ptet::Extraction extraction = Dataset::open_memory(bytes)->extract({});
+                                   tets = static_cast<std::int64_t>(extraction.mesh.tets.size());
+                                   benchmark::DoNotOptimize(extraction.mesh.tets.data());
+                                 }
+                                 state.SetItemsProcessed(tets * static_cast<std::int64_t>(state.iterations()));
+                               })
+      ->Unit(benchmark::kMillisecond)
+      ->MeasureProcessCPUTime();
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -72,6 +101,7 @@ int main(int argc, char** argv) {
     add("field error 10%", data, within_field_error(0.1));
     add("10% of the vertices", data, of_vertices(*data, 0.1));
     add("focus box, 20% of each side", data, at_focus(*data, 0.2));
+    add_decoding(argv[1]);
     benchmark::RunSpecifiedBenchmarks();
   } catch (const ptet::Error& error) {
     std::fprintf(stderr, "cut_bench: %s\n", error.what());

@@ -59,7 +59,7 @@ TetMesh with_known_fields(Shape shape, ScalarType type, const ProgressCallback& 
   for (std::size_t v = 0; v < count; ++v)
     for (std::uint32_t axis = 0; axis < 3; ++axis)
       set(mesh.positions, v, axis, shape.points[v][axis]);
-  shape.points = {};
+  shape.points = std::vector<Point>();
   mesh.tets = std::move(shape.tets);
   check_tets(mesh, progress);
 
