@@ -18,6 +18,7 @@
 #include "build/process_memory.hpp"
 #include "build/quadric_predictor.hpp"
 #include "build/removed_vertices.hpp"
+#include "build/report.hpp"
 #include "build/trial.hpp"
 #include "build/weighted_sum_predictor.hpp"
 #include "build/working_complex.hpp"
@@ -47,7 +48,6 @@ namespace ptet::build {
 namespace {
 
 constexpr unsigned kMostThreads = 1024;
-constexpr std::uint32_t kMostPieces = 65536;
 /// Collapses made again between two reports of progress.
 constexpr std::size_t kReplayBatch = 4096;
 /// Without thresholds from the user, a domain error of this fraction of the diagonal weighs as much as a field error
@@ -168,7 +168,7 @@ public:
     begin_stream();
     release_freed_memory();
     in_arena([&](oneapi::tbb::task_arena& arena) { build(arena, decided); });
-    finish_report();
+    report_records(prepared_, stream_, report_);
     return std::move(stream_);
   }
 
@@ -437,12 +437,6 @@ private:
   /// Makes the collapses of every piece, as far as they are possible.
   void follow(const Decisions& decided) {
     const RecordStream& records = decided.records;
-    const std::size_t fields = fields_.field_count();
-    const auto append = [&](const std::vector<double>& from, std::size_t i, std::vector<double>& to) {
-      if (from.empty()) return;
-      const auto row = from.begin() + static_cast<std::ptrdiff_t>(i * fields);
-      to.insert(to.end(), row, row + static_cast<std::ptrdiff_t>(fields));
-    };
     record_errors_.clear(); // what the pieces measured is appended instead
     outside_errors_.clear();
     std::vector<char> is_over(report_.pieces);
@@ -453,9 +447,7 @@ private:
       round_ = records.round[i];
       char& over = is_over[decided.piece[i]];
       if (over == 0 && collapse_again(records.removed[i].index(), records.target[i].index())) {
-        append(records.field_error, i, stream_.field_error);
-        append(records.outside_error, i, stream_.outside_error);
-        append(records.squared_error, i, stream_.squared_error);
+        stream_.append_errors(records, i, fields_.field_count());
       } else {
         over = 1;
       }
@@ -845,46 +837,6 @@ private:
     }
   }
 
-  void finish_report() {
-    report_.records = stream_.size();
-    report_.base_vertices = vertices_left();
-    std::uint64_t deleted_tets = 0;
-    for (std::size_t r = 0; r < stream_.size(); ++r) {
-      const auto consumed = stream_.consumed(r).subspan(stream_.modified_count[r]);
-      deleted_tets += static_cast<std::uint64_t>(std::count_if(consumed.begin(), consumed.end(), [&](VersionId t) {
-        const Tet& v = stream_.versions[t.index()];
-        return std::find(v.begin(), v.end(), kDummyVertex) == v.end();
-      }));
-    }
-    report_.base_tets = stream_.original_tet_count - deleted_tets;
-    const std::size_t k = fields_.field_count();
-    for (std::size_t f = 0; f < k; ++f) {
-      double worst = 0;
-      for (std::size_t r = 0; r < stream_.size(); ++r)
-        worst = std::max(worst, stream_.largest_error(r, f));
-      report_.field_error.emplace_back(prepared_.mesh.point_arrays[fields_.fields()[f].array].name, worst);
-    }
-    for (const double error : stream_.domain_error)
-      report_.domain_error = std::max(report_.domain_error, error);
-    finish_walk();
-  }
-
-  /// The errors so far at the end of each round; certified ones are known only now.
-  void finish_walk() {
-    const std::size_t k = fields_.field_count();
-    RoundReport so_far;
-    std::size_t r = 0;
-    for (RoundReport& step : report_.walk) {
-      for (; r < prepared_.mesh.vertex_count() - step.vertices; ++r) {
-        for (std::size_t f = 0; f < k; ++f)
-          so_far.field_error = std::max(so_far.field_error, stream_.largest_error(r, f) / fields_.fields()[f].range);
-        so_far.domain_error = std::max(so_far.domain_error, stream_.domain_error[r] / diagonal_);
-      }
-      step.field_error = so_far.field_error;
-      step.domain_error = so_far.domain_error;
-    }
-  }
-
   const PreparedMesh& prepared_;
   const BuildOptions& options_;
   BuildReport& report_;
@@ -933,25 +885,6 @@ private:
 };
 
 } // namespace
-
-void check_options(const BuildOptions& options) {
-  const auto require = [](bool good, const char* what) {
-    if (!good) throw Error(ErrorCode::kBadArgument, what);
-  };
-  require(options.target_vertices >= 0 && std::isfinite(options.target_vertices),
-          "the target number of vertices must be a number >= 0");
-  require(options.min_quality >= 0 && options.min_quality < 1, "the least quality must be in [0, 1)");
-  require(options.max_star >= 8, "the cap on the star must be at least 8");
-  require(options.round_fraction > 0 && options.round_fraction <= 1, "the part taken in a round must be in (0, 1]");
-  require(options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact,
-          "a prediction that measures everywhere goes with an evaluation that does");
-  require(options.prediction != Prediction::kSimulate || options.evaluation != Evaluation::kNone,
-          "what is simulated is seen at removed vertices at least: an evaluation is needed");
-  require(options.checkpoint.every_seconds >= 0, "the seconds between checkpoints must be a number >= 0");
-  require(options.max_domain_error.value >= 0, "the limit on domain error must be a number >= 0");
-  require(options.pieces >= 1 && options.pieces <= kMostPieces, "the number of pieces must be in 1 .. 65536");
-  require(options.pieces == 1 || options.checkpoint.path.empty(), "a build over pieces keeps no checkpoints");
-}
 
 RecordStream build_records(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
                            const ProgressCallback& progress, const Decisions* decided) {

@@ -1,7 +1,8 @@
 #include "build/mesh_pieces.hpp"
 
+#include "mesh/rows.hpp"
+
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <tuple>
@@ -10,15 +11,6 @@ namespace ptet::build {
 namespace {
 
 constexpr std::uint32_t kNotInPiece = std::numeric_limits<std::uint32_t>::max();
-
-PointArray chosen_rows(const PointArray& array, std::span<const VertexId> rows) {
-  PointArray chosen{array.name, array.type, array.components, {}};
-  chosen.resize(rows.size());
-  const std::size_t row_bytes = array.row_bytes();
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    std::memcpy(chosen.bytes.data() + i * row_bytes, array.bytes.data() + rows[i].index() * row_bytes, row_bytes);
-  return chosen;
-}
 
 } // namespace
 
@@ -94,9 +86,9 @@ MeshPiece MeshPieces::piece(std::uint32_t index, std::span<const std::uint32_t> 
     if (box.meets(box_of<3>({point(face[0]), point(face[1]), point(face[2])})))
       part.boundary_faces.push_back({here(face[0]), here(face[1]), here(face[2])});
   part.used_vertex_count = static_cast<std::uint32_t>(part.original_vertex.size());
-  part.mesh.positions = chosen_rows(prepared_.mesh.positions, part.original_vertex);
+  part.mesh.positions = gather(prepared_.mesh.positions, part.original_vertex);
   for (const std::uint32_t array : arrays)
-    part.mesh.point_arrays.push_back(chosen_rows(prepared_.mesh.point_arrays[array], part.original_vertex));
+    part.mesh.point_arrays.push_back(gather(prepared_.mesh.point_arrays[array], part.original_vertex));
   piece.movable_count = static_cast<std::uint32_t>(std::count(part.frozen.begin(), part.frozen.end(), 0));
   return piece;
 }

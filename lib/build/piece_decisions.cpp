@@ -189,12 +189,6 @@ Decisions PieceDecisions::merge(std::span<const std::vector<std::byte>> decided)
   for (Source& source : sources)
     for (const CostOfRound& round : costs_of_rounds(source.of.records, source.of.walk))
       if (round.cost <= limit) source.end = round.end;
-  const std::size_t fields = arrays_.size();
-  const auto append = [&](const std::vector<double>& from, std::size_t i, std::vector<double>& to) {
-    if (from.empty()) return;
-    const auto row = from.begin() + static_cast<std::ptrdiff_t>(i * fields);
-    to.insert(to.end(), row, row + static_cast<std::ptrdiff_t>(fields));
-  };
   for (;;) {
     constexpr std::uint32_t kNoRound = std::numeric_limits<std::uint32_t>::max();
     std::uint32_t round = kNoRound;
@@ -213,9 +207,7 @@ Decisions PieceDecisions::merge(std::span<const std::vector<std::byte>> decided)
         all.records.removed.push_back(from.removed[i]);
         all.records.target.push_back(from.target[i]);
         all.records.round.push_back(round);
-        append(from.field_error, i, all.records.field_error);
-        append(from.outside_error, i, all.records.outside_error);
-        append(from.squared_error, i, all.records.squared_error);
+        all.records.append_errors(from, i, arrays_.size());
       }
     }
   }

@@ -2,10 +2,10 @@
 
 #include "lod/dependency_order.hpp"
 #include "lod/part_errors.hpp"
+#include "mesh/rows.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <memory>
 
@@ -143,22 +143,6 @@ private:
   std::unique_ptr<std::uint32_t[]> last_;
   std::vector<std::uint32_t> row_; ///< by vertex in the file
 };
-
-/// The rows of the vertices; runs of neighbours are copied at once.
-PointArray gather(const PointArray& from, const std::vector<VertexId>& vertices) {
-  PointArray to{from.name, from.type, from.components, {}};
-  to.resize(vertices.size());
-  const std::size_t row_bytes = from.row_bytes();
-  for (std::size_t begin = 0; begin < vertices.size();) {
-    std::size_t end = begin + 1;
-    while (end < vertices.size() && vertices[end].index() == vertices[end - 1].index() + 1)
-      ++end;
-    std::memcpy(to.bytes.data() + begin * row_bytes, from.bytes.data() + vertices[begin].index() * row_bytes,
-                (end - begin) * row_bytes);
-    begin = end;
-  }
-  return to;
-}
 
 // Codes: of the records known to have made something of the mesh, their own; of blocks not read, the largest.
 std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& cut) {

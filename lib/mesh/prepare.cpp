@@ -1,10 +1,10 @@
 #include "mesh/prepare.hpp"
 
 #include "mesh/examination.hpp"
+#include "mesh/rows.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 namespace ptet {
@@ -69,14 +69,6 @@ std::vector<std::uint32_t> tet_places(const std::vector<Tet>& tets, std::size_t 
   return place;
 }
 
-void permute_rows(PointArray& array, const std::vector<VertexId>& order) {
-  const std::size_t row_bytes = array.row_bytes();
-  std::vector<std::byte> bytes(array.bytes.size());
-  for (std::size_t v = 0; v < order.size(); ++v)
-    std::memcpy(bytes.data() + v * row_bytes, array.bytes.data() + order[v].index() * row_bytes, row_bytes);
-  array.bytes = std::move(bytes);
-}
-
 /// By old vertex id.
 std::vector<char> find_frozen(const Examination& found) {
   std::vector<char> frozen(found.points.size());
@@ -109,9 +101,9 @@ PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
   for (std::uint32_t v = 0; v < order.size(); ++v)
     renumbered[order[v].index()] = VertexId{v};
 
-  permute_rows(mesh.positions, order);
+  mesh.positions = gather(mesh.positions, order);
   for (PointArray& array : mesh.point_arrays)
-    permute_rows(array, order);
+    array = gather(array, order);
   const std::vector<char> frozen = find_frozen(found);
   prepared.points.reserve(order.size());
   prepared.frozen.reserve(order.size());

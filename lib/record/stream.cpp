@@ -109,6 +109,17 @@ std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
 
 } // namespace
 
+void RecordStream::append_errors(const RecordStream& other, std::size_t record, std::size_t field_count) {
+  const auto append = [&](const std::vector<double>& from, std::vector<double>& to) {
+    if (from.empty()) return;
+    const auto row = from.begin() + static_cast<std::ptrdiff_t>(record * field_count);
+    to.insert(to.end(), row, row + static_cast<std::ptrdiff_t>(field_count));
+  };
+  append(other.field_error, field_error);
+  append(other.outside_error, outside_error);
+  append(other.squared_error, squared_error);
+}
+
 std::string RecordStream::validate() const {
   if (std::string broken = check_counts(*this); !broken.empty()) return broken;
   if (std::string broken = check_versions(*this); !broken.empty()) return broken;

@@ -78,6 +78,9 @@ struct RecordStream {
   [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
     return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
   }
+  /// Appends the field errors and the squared errors of record `record` of `other`, which has the same fields: so many
+  /// as `field_count`.
+  void append_errors(const RecordStream& other, std::size_t record, std::size_t field_count);
   /// Of a record and a field, inside and outside.
   [[nodiscard]] double largest_error(std::size_t record, std::size_t field) const {
     const std::size_t i = record * fields.size() + field;

@@ -6,6 +6,7 @@
 #include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
+#include "support/topology_checks.hpp"
 #ifdef PTET_TEST_WITH_VTK
 #include "formats/vtk/read.hpp"
 #endif
@@ -73,11 +74,7 @@ std::vector<Face> faces_of(const std::vector<Tet>& ghosts) {
 void check_sound(const Built& built, const test::CutMesh& cut, const test::MeshFacts& original) {
   const test::MeshFacts facts = test::examine(with_tets(built, cut));
   CHECK(facts.inverted_tets == original.inverted_tets);
-  CHECK(facts.repeated_tets == 0);
-  CHECK(facts.crowded_faces == 0);
-  CHECK(facts.folded_faces == 0);
-  CHECK(facts.components == original.components);
-  CHECK(facts.boundary_euler_characteristic == original.boundary_euler_characteristic);
+  test::check_same_topology(facts, original);
   CHECK(facts.boundary == faces_of(cut.ghosts));
 }
 
@@ -597,11 +594,10 @@ TEST_CASE("fields of extreme ranges keep their errors", "[build]") {
   }
 }
 
-TEST_CASE("the same records on any number of threads", "[build]") {
-  const TetMesh mesh = test::grid({{9, 9, 8}, [](int x, int y, int z) { return x != 4 || y != 4 || z > 3; }, 3, 5});
-  BuildOptions options = to_the_end();
-  options.threads = 1;
-  const Built one = build_all(mesh, options);
+namespace {
+
+/// `one`: built on one thread.
+void check_same_on_more_threads(const TetMesh& mesh, BuildOptions options, const Built& one) {
   for (const unsigned threads : {2U, 5U}) {
     options.threads = threads;
     const Built other = build_all(mesh, options);
@@ -610,6 +606,16 @@ TEST_CASE("the same records on any number of threads", "[build]") {
     CHECK(same_bytes(one.stream.domain_error, other.stream.domain_error));
     CHECK(one.report.collapses == other.report.collapses);
   }
+}
+
+} // namespace
+
+TEST_CASE("the same records on any number of threads", "[build]") {
+  const TetMesh mesh = test::grid({{9, 9, 8}, [](int x, int y, int z) { return x != 4 || y != 4 || z > 3; }, 3, 5});
+  BuildOptions options = to_the_end();
+  options.threads = 1;
+  const Built one = build_all(mesh, options);
+  check_same_on_more_threads(mesh, options, one);
 }
 
 // More stars in a round than are examined at once, and a boundary among them.
@@ -627,14 +633,7 @@ TEST_CASE("by quadrics alone the same records on any number of threads", "[build
     most = std::max(most, in_round);
   }
   CHECK(most > 300);
-  for (const unsigned threads : {2U, 5U}) {
-    options.threads = threads;
-    const Built other = build_all(mesh, options);
-    CHECK(same_collapses(one.stream, other.stream));
-    CHECK(same_bytes(one.stream.field_error, other.stream.field_error));
-    CHECK(same_bytes(one.stream.domain_error, other.stream.domain_error));
-    CHECK(one.report.collapses == other.report.collapses);
-  }
+  check_same_on_more_threads(mesh, options, one);
 }
 
 TEST_CASE("frozen vertices stay, pinched places with them", "[build]") {

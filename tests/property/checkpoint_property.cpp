@@ -3,6 +3,7 @@
 #include "ptet/build.hpp"
 #include "ptet/error.hpp"
 #include "support/meshes.hpp"
+#include "support/methods.hpp"
 #include "support/temp_folder.hpp"
 #ifdef PTET_TEST_WITH_VTK
 #include "formats/vtk/read.hpp"
@@ -136,13 +137,7 @@ std::pair<ErrorCode, std::string> refusal(const TetMesh& mesh, const BuildOption
 
 TEST_CASE("checkpoints: every method goes on as if nothing had been", "[checkpoint]") {
   const TetMesh mesh = test::grid({{4, 4, 3}, {}, 3, 4});
-  const std::pair<Prediction, Evaluation> methods[] = {
-      {Prediction::kExact, Evaluation::kExact},         {Prediction::kQuadric, Evaluation::kNone},
-      {Prediction::kQuadric, Evaluation::kExact},       {Prediction::kSimulate, Evaluation::kVertices},
-      {Prediction::kSimulate, Evaluation::kSamples},    {Prediction::kLocal, Evaluation::kVertices},
-      {Prediction::kGradient, Evaluation::kNone},       {Prediction::kPerTet, Evaluation::kNone},
-      {Prediction::kWeightedSum, Evaluation::kVertices}};
-  for (const auto& [prediction, evaluation] : methods) {
+  for (const auto& [prediction, evaluation] : test::kMethods) {
     INFO(name_of(prediction) << ", " << name_of(evaluation));
     const auto stages = check_goes_on(mesh, with(prediction, evaluation), 3);
     CHECK(stages.count("collapsing") == 1);

@@ -4,6 +4,7 @@
 #include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
+#include "support/topology_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -150,11 +151,7 @@ void check_conforming(const PreparedMesh& prepared, const test::CutMesh& cut, co
   mesh.tets = cut.tets;
   const test::MeshFacts facts = test::examine(mesh);
   CHECK(facts.inverted_tets == 0);
-  CHECK(facts.repeated_tets == 0);
-  CHECK(facts.crowded_faces == 0);
-  CHECK(facts.folded_faces == 0);
-  CHECK(facts.components == original.components);
-  CHECK(facts.boundary_euler_characteristic == original.boundary_euler_characteristic);
+  test::check_same_topology(facts, original);
   CHECK(facts.boundary.size() == cut.ghosts.size());
 }
 

@@ -8,6 +8,8 @@
 #include "support/file_checks.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
+#include "support/methods.hpp"
+#include "support/topology_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -61,11 +63,7 @@ void check_sound(const Built& built, const test::CutMesh& cut, const test::MeshF
   mesh.tets = cut.tets;
   const test::MeshFacts facts = test::examine(mesh);
   CHECK(facts.inverted_tets == original.inverted_tets);
-  CHECK(facts.repeated_tets == 0);
-  CHECK(facts.crowded_faces == 0);
-  CHECK(facts.folded_faces == 0);
-  CHECK(facts.components == original.components);
-  CHECK(facts.boundary_euler_characteristic == original.boundary_euler_characteristic);
+  test::check_same_topology(facts, original);
   CHECK(facts.boundary.size() == cut.ghosts.size());
   std::size_t meetings = 0;
   for (std::size_t i = 0; i < facts.boundary.size(); ++i)
@@ -235,13 +233,7 @@ TEST_CASE("pieces: sound meshes and true errors, for any number of pieces", "[pi
 TEST_CASE("pieces: every method, the same bytes on any number of threads", "[pieces]") {
   const TetMesh mesh = test::grid({{7, 6, 6}, {}, 3, 9});
   const test::MeshFacts original = test::examine(mesh);
-  const std::pair<Prediction, Evaluation> methods[] = {
-      {Prediction::kExact, Evaluation::kExact},         {Prediction::kQuadric, Evaluation::kNone},
-      {Prediction::kQuadric, Evaluation::kExact},       {Prediction::kSimulate, Evaluation::kVertices},
-      {Prediction::kSimulate, Evaluation::kSamples},    {Prediction::kLocal, Evaluation::kVertices},
-      {Prediction::kGradient, Evaluation::kNone},       {Prediction::kPerTet, Evaluation::kNone},
-      {Prediction::kWeightedSum, Evaluation::kVertices}};
-  for (const auto& [prediction, evaluation] : methods) {
+  for (const auto& [prediction, evaluation] : test::kMethods) {
     INFO(name_of(prediction) << ", " << name_of(evaluation));
     BuildOptions options = options_of(5, prediction, evaluation);
     options.fields = {"pressure"};

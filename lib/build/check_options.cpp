@@ -1,0 +1,32 @@
+#include "build/builder.hpp"
+#include "ptet/error.hpp"
+
+#include <cmath>
+
+namespace ptet::build {
+namespace {
+
+constexpr std::uint32_t kMostPieces = 65536;
+
+} // namespace
+
+void check_options(const BuildOptions& options) {
+  const auto require = [](bool good, const char* what) {
+    if (!good) throw Error(ErrorCode::kBadArgument, what);
+  };
+  require(options.target_vertices >= 0 && std::isfinite(options.target_vertices),
+          "the target number of vertices must be a number >= 0");
+  require(options.min_quality >= 0 && options.min_quality < 1, "the least quality must be in [0, 1)");
+  require(options.max_star >= 8, "the cap on the star must be at least 8");
+  require(options.round_fraction > 0 && options.round_fraction <= 1, "the part taken in a round must be in (0, 1]");
+  require(options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact,
+          "a prediction that measures everywhere goes with an evaluation that does");
+  require(options.prediction != Prediction::kSimulate || options.evaluation != Evaluation::kNone,
+          "what is simulated is seen at removed vertices at least: an evaluation is needed");
+  require(options.checkpoint.every_seconds >= 0, "the seconds between checkpoints must be a number >= 0");
+  require(options.max_domain_error.value >= 0, "the limit on domain error must be a number >= 0");
+  require(options.pieces >= 1 && options.pieces <= kMostPieces, "the number of pieces must be in 1 .. 65536");
+  require(options.pieces == 1 || options.checkpoint.path.empty(), "a build over pieces keeps no checkpoints");
+}
+
+} // namespace ptet::build
