@@ -50,7 +50,7 @@ bool face_of_ghost(const Tet& tet, Face& face) {
   return true;
 }
 
-Box box_of(const Face& face, const std::vector<Point>& points) {
+Box box_of_face(const Face& face, const std::vector<Point>& points) {
   Point low = points[face[0].index()];
   Point high = low;
   for (const VertexId v : face)
@@ -117,7 +117,7 @@ public:
     for (Record r = 0; r < records.size(); ++r)
       for (std::uint32_t m = 0; m < records.modified_count[r]; ++m)
         if (Face face{}; face_of_ghost(records.versions[records.coarse_begin[r].index() + m], face)) {
-          entries.emplace_back(box_of(face, points_), static_cast<std::uint32_t>(made_.size()));
+          entries.emplace_back(box_of_face(face, points_), static_cast<std::uint32_t>(made_.size()));
           made_.push_back({face, r});
         }
     tree_ = Tree(entries.begin(), entries.end());
@@ -190,7 +190,7 @@ private:
     s.fine.clear();
     for (const VersionId t : records_.consumed(r))
       if (Face face{}; face_of_ghost(records_.versions[t.index()], face))
-        s.fine.emplace_back(box_of(face, points_), face);
+        s.fine.emplace_back(box_of_face(face, points_), face);
     if (s.fine.empty()) return;
     Box all = s.fine.front().first;
     for (const auto& [box, face] : s.fine)

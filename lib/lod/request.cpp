@@ -10,7 +10,7 @@ namespace {
 
 using namespace vec;
 
-[[noreturn]] void refuse(const std::string& why) {
+[[noreturn]] void refuse_request(const std::string& why) {
   throw Error(ErrorCode::kBadArgument, why);
 }
 
@@ -21,8 +21,8 @@ bool is_finite(const Point& p) {
 /// `what` is said of a bound that is none; `name` may follow it.
 void check_bound(const Bound& bound, const char* what, const std::string& name = {}) {
   if (!(bound.value >= 0) || !std::isfinite(bound.value))
-    refuse("the bound on " + std::string(what) + (name.empty() ? "" : " '" + name + "'") + " is " +
-           std::to_string(bound.value) + "; it must be a number that is not negative");
+    refuse_request("the bound on " + std::string(what) + (name.empty() ? "" : " '" + name + "'") + " is " +
+                   std::to_string(bound.value) + "; it must be a number that is not negative");
 }
 
 // ---- regions ----
@@ -37,39 +37,40 @@ std::optional<Point> direction_of(const Point& a) {
 
 Region checked(const Box& box) {
   for (std::size_t i = 0; i < 3; ++i) {
-    if (!std::isfinite(box.min[i]) || !std::isfinite(box.max[i])) refuse("a corner of a focus box is not finite");
+    if (!std::isfinite(box.min[i]) || !std::isfinite(box.max[i]))
+      refuse_request("a corner of a focus box is not finite");
     if (box.min[i] > box.max[i])
-      refuse("a focus box is empty: its least " + std::string(1, "xyz"[i]) + " is above its greatest");
+      refuse_request("a focus box is empty: its least " + std::string(1, "xyz"[i]) + " is above its greatest");
   }
   return box;
 }
 
 Region checked(const OrientedBox& box) {
-  if (!is_finite(box.centre)) refuse("the centre of an oriented focus box is not finite");
+  if (!is_finite(box.centre)) refuse_request("the centre of an oriented focus box is not finite");
   constexpr double kAskew = 1e-6;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (!is_finite(box.half_axes[i])) refuse("a half axis of an oriented focus box is not finite");
+    if (!is_finite(box.half_axes[i])) refuse_request("a half axis of an oriented focus box is not finite");
     const auto a = direction_of(box.half_axes[i]), b = direction_of(box.half_axes[(i + 1) % 3]);
     if (a && b && std::fabs(dot(*a, *b)) > kAskew)
-      refuse("the half axes of an oriented focus box are not perpendicular to one another");
+      refuse_request("the half axes of an oriented focus box are not perpendicular to one another");
   }
   return box;
 }
 
 Region checked(const Sphere& sphere) {
-  if (!is_finite(sphere.centre)) refuse("the centre of a focus sphere is not finite");
+  if (!is_finite(sphere.centre)) refuse_request("the centre of a focus sphere is not finite");
   if (!(sphere.radius >= 0) || !std::isfinite(sphere.radius))
-    refuse("the radius of a focus sphere is " + std::to_string(sphere.radius) +
-           "; it must be a number that is not negative");
+    refuse_request("the radius of a focus sphere is " + std::to_string(sphere.radius) +
+                   "; it must be a number that is not negative");
   return sphere;
 }
 
 /// With a normal of length 1.
 Region checked(const HalfSpace& half_space) {
   const auto normal = direction_of(half_space.normal);
-  if (!normal) refuse("the normal of a focus half-space has no direction");
+  if (!normal) refuse_request("the normal of a focus half-space has no direction");
   const double offset = half_space.offset / dot(half_space.normal, *normal);
-  if (!std::isfinite(offset)) refuse("the offset of a focus half-space is not finite");
+  if (!std::isfinite(offset)) refuse_request("the offset of a focus half-space is not finite");
   return HalfSpace{*normal, offset};
 }
 
@@ -98,8 +99,9 @@ std::size_t code_of(const std::string& field, const file::Header& header) {
   for (std::size_t i = 0; i < governing.size(); ++i)
     if (header.arrays[governing[i]].name == field) return i;
   for (const file::ArrayInfo& array : header.arrays)
-    if (array.name == field) refuse("field '" + field + "' has no errors in this file: it did not govern the build");
-  refuse("there is no field '" + field + "' in this file");
+    if (array.name == field)
+      refuse_request("field '" + field + "' has no errors in this file: it did not govern the build");
+  refuse_request("there is no field '" + field + "' in this file");
 }
 
 void apply_field_bound(const FieldBound& asked, double factor, const file::Header& header, CodeLimits& limits) {
@@ -161,28 +163,29 @@ WantNear near(const Region& region, const Focus& focus, const file::Header& head
 Interval interval(const ValuesOfInterest& values, const file::Header& header) {
   const std::size_t code = code_of(values.field, header);
   if (std::isnan(values.min) || std::isnan(values.max))
-    refuse("a value of interest of '" + values.field + "' is not a number");
+    refuse_request("a value of interest of '" + values.field + "' is not a number");
   if (values.min > values.max || values.min == INFINITY || values.max == -INFINITY)
-    refuse("the interval of values of '" + values.field + "' is empty: " + std::to_string(values.min) + " to " +
-           std::to_string(values.max));
+    refuse_request("the interval of values of '" + values.field + "' is empty: " + std::to_string(values.min) + " to " +
+                   std::to_string(values.max));
   return {governing_arrays(header)[code], code, scales(header)[code], values.min, values.max};
 }
 
 Camera camera(const View& view) {
-  if (!is_finite(view.eye)) refuse("the eye of the view is not finite");
+  if (!is_finite(view.eye)) refuse_request("the eye of the view is not finite");
   const auto direction = direction_of(view.direction), up = direction_of(view.up);
-  if (!direction || !up) refuse(std::string(direction ? "the up" : "the viewing") + " direction of the view has none");
+  if (!direction || !up)
+    refuse_request(std::string(direction ? "the up" : "the viewing") + " direction of the view has none");
   constexpr double kParallel = 1e-9;
-  if (norm(cross(*direction, *up)) < kParallel) refuse("the view's up is parallel to its direction");
+  if (norm(cross(*direction, *up)) < kParallel) refuse_request("the view's up is parallel to its direction");
   if (!(view.vertical_angle > 0 && view.vertical_angle < M_PI))
-    refuse("the vertical angle of the view is " + std::to_string(view.vertical_angle) +
-           " radians; it must be above 0 and below pi");
-  if (view.width == 0 || view.height == 0) refuse("the picture of the view has no pixels");
+    refuse_request("the vertical angle of the view is " + std::to_string(view.vertical_angle) +
+                   " radians; it must be above 0 and below pi");
+  if (view.width == 0 || view.height == 0) refuse_request("the picture of the view has no pixels");
   if (!(view.max_pixels >= 0) || !std::isfinite(view.max_pixels))
-    refuse("the error of the view is " + std::to_string(view.max_pixels) +
-           " pixels; it must be a number that is not negative");
+    refuse_request("the error of the view is " + std::to_string(view.max_pixels) +
+                   " pixels; it must be a number that is not negative");
   if (!(view.outside >= 1))
-    refuse("the factor outside the view is " + std::to_string(view.outside) + "; it must be at least 1");
+    refuse_request("the factor outside the view is " + std::to_string(view.outside) + "; it must be at least 1");
   return Camera(view);
 }
 
@@ -206,8 +209,8 @@ Budgets budgets(const Request& request) {
   Budgets budgets{request.max_tets, request.max_vertices, request.max_bytes, {}};
   if (request.max_milliseconds) {
     if (!(*request.max_milliseconds >= 0) || !std::isfinite(*request.max_milliseconds))
-      refuse("the time allowed is " + std::to_string(*request.max_milliseconds) +
-             " milliseconds; it must be a number that is not negative");
+      refuse_request("the time allowed is " + std::to_string(*request.max_milliseconds) +
+                     " milliseconds; it must be a number that is not negative");
     budgets.max_seconds = *request.max_milliseconds / 1000;
   }
   return budgets;
