@@ -25,6 +25,8 @@ using Record = std::uint32_t;
 constexpr Record kNobody = std::numeric_limits<Record>::max();
 /// Records between two reports of progress.
 constexpr Record kBatch = 16384;
+/// So many records are climbed from before it is looked whether faces meet.
+constexpr std::size_t kShortClimb = 256;
 
 /// A boundary face that a collapse made.
 struct MadeFace {
@@ -165,7 +167,9 @@ private:
     Marks reached;
     Marks open; ///< makers of faces near by that were not reached yet
     std::size_t open_count = 0;
-    std::vector<Record> queue;
+    Record last = 0;           ///< of those that were open
+    std::vector<Record> queue; ///< the records reached
+    std::size_t next = 0;      ///< the first of them whose parents were not looked at
     std::vector<Entry> near;
     std::vector<std::pair<Box, Face>> fine;
   };
@@ -198,36 +202,49 @@ private:
     s.near.clear();
     tree_.query(bgi::intersects(all) && bgi::satisfies([&](const Entry& e) { return made_[e.second].maker > r; }),
                 std::back_inserter(s.near));
-    mark_needed(r, s);
+    // Most makers are needed, and found near by; what is not needed seldom meets. So the long way up is seldom gone.
+    begin_climb(r, s);
+    climb_to_makers(s, kShortClimb);
     if (s.open_count == 0) return;
-    for (const auto& [box, place] : s.near) {
-      const auto& [face, maker] = made_[place];
-      if (!s.open.has(maker)) continue;
-      const bool meets = std::any_of(s.fine.begin(), s.fine.end(), [&, &box = box, &face = face](const auto& mine) {
-        return boost::geometry::intersects(mine.first, box) && faces_meet_improperly(mine.second, face, points_);
+    std::erase_if(s.near, [&](const Entry& entry) {
+      const auto& [face, maker] = made_[entry.second];
+      return !s.open.has(maker) || std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face](const auto& mine) {
+        return boost::geometry::intersects(mine.first, entry.first) &&
+               faces_meet_improperly(mine.second, face, points_);
       });
-      if (!meets) continue;
-      found.push_back(maker);
-      s.open.remove(maker);
-    }
+    });
+    open_makers(s);
+    climb_to_makers(s, std::numeric_limits<std::size_t>::max());
+    if (s.open_count == 0) return;
+    for (const auto& [box, place] : s.near)
+      if (s.open.remove(made_[place].maker)) found.push_back(made_[place].maker);
     std::sort(found.begin(), found.end());
   }
 
-  /// Leaves open the makers of faces near by that `r` does not need through its parents.
-  void mark_needed(Record r, Scratch& s) const {
+  /// Opens the makers of the faces near by.
+  void open_makers(Scratch& s) const {
     s.open.clear();
     s.open_count = 0;
-    Record last = 0;
+    s.last = 0;
     for (const auto& [box, place] : s.near)
       if (const Record maker = made_[place].maker; s.open.add(maker)) {
         ++s.open_count;
-        last = std::max(last, maker);
+        s.last = std::max(s.last, maker);
       }
+  }
+
+  void begin_climb(Record r, Scratch& s) const {
+    open_makers(s);
     s.reached.clear();
     s.queue.assign(1, r);
-    for (std::size_t next = 0; next < s.queue.size() && s.open_count != 0; ++next)
-      for (const Record parent : parents_.of(s.queue[next])) {
-        if (parent > last || !s.reached.add(parent)) continue;
+    s.next = 0;
+  }
+
+  /// Goes on to records that are needed through parents, to so many of them in all; those that are open it closes.
+  void climb_to_makers(Scratch& s, std::size_t most) const {
+    for (; s.next < std::min(most, s.queue.size()) && s.open_count != 0; ++s.next)
+      for (const Record parent : parents_.of(s.queue[s.next])) {
+        if (parent > s.last || !s.reached.add(parent)) continue;
         s.queue.push_back(parent);
         if (s.open.remove(parent)) --s.open_count;
       }

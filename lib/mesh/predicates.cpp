@@ -99,6 +99,45 @@ bool surely_leave_edge(const Point& p, const Point& q, const Point& a, const Poi
   return dot(cross(to_a, e), cross(to_b, e)) < -(1e-13 * dot(e, e) * norm(to_a) * norm(to_b) + 1e-300);
 }
 
+/// Whether `n` is seen to separate the triangles, all of one on either side. False decides nothing.
+bool surely_separates(const Vec3& n, const std::array<Point, 3>& s, const std::array<Point, 3>& t) {
+  // Relative to a point of the first triangle: what rounding adds is measured by how far apart they are.
+  double size = 0;
+  const auto along = [&](const Point& x) {
+    double sum = 0, terms = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double product = n[i] * (x[i] - s[0][i]);
+      sum += product;
+      terms += std::abs(product);
+    }
+    size = std::max(size, terms);
+    return sum;
+  };
+  const auto [s_least, s_greatest] = std::minmax({0.0, along(s[1]), along(s[2])});
+  const auto [t_least, t_greatest] = std::minmax({along(t[0]), along(t[1]), along(t[2])});
+  return std::max(t_least - s_greatest, s_least - t_greatest) > 1e-14 * size + 1e-300;
+}
+
+/// Whether the triangles are seen to have no point in common, on the axes that separate disjoint triangles. False
+/// decides nothing.
+bool surely_apart(const std::array<Point, 3>& s, const std::array<Point, 3>& t) {
+  using namespace vec;
+  if (surely_separates((t[0] - s[0]) + (t[1] - s[1]) + (t[2] - s[2]), s, t)) return true;
+  const auto edges_of = [](const std::array<Point, 3>& x) {
+    return std::array<Vec3, 3>{x[1] - x[0], x[2] - x[1], x[0] - x[2]};
+  };
+  const std::array<Vec3, 3> s_edges = edges_of(s), t_edges = edges_of(t);
+  const Vec3 s_normal = cross(s_edges[0], s_edges[1]), t_normal = cross(t_edges[0], t_edges[1]);
+  if (surely_separates(s_normal, s, t) || surely_separates(t_normal, s, t)) return true;
+  for (std::size_t i = 0; i < 3; ++i) // in the plane of either, where the other lies in it, too
+    if (surely_separates(cross(s_edges[i], s_normal), s, t) || surely_separates(cross(t_edges[i], t_normal), s, t))
+      return true;
+  for (const Vec3& s_edge : s_edges)
+    for (const Vec3& t_edge : t_edges)
+      if (surely_separates(cross(s_edge, t_edge), s, t)) return true;
+  return false;
+}
+
 } // namespace
 
 int detail::exact_orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
@@ -106,6 +145,7 @@ int detail::exact_orientation(const Point& a, const Point& b, const Point& c, co
 }
 
 bool triangles_cross(const std::array<Point, 3>& s, const std::array<Point, 3>& t) {
+  if (surely_apart(s, t)) return false;
   const auto separates = [](const std::array<Point, 3>& plane, const std::array<Point, 3>& other) {
     const int first = orientation(plane[0], plane[1], plane[2], other[0]);
     return strictly_one_side(first, orientation(plane[0], plane[1], plane[2], other[1])) &&
