@@ -46,7 +46,7 @@ public:
   void number_order();
   void make_base();
   void find_needs();
-  void choose_seeds_and_train();
+  void transcribe();
   void code_blocks();
   [[nodiscard]] std::vector<std::byte> assemble(const Manifest& manifest);
 
@@ -64,8 +64,6 @@ private:
   [[nodiscard]] Seed seed_at(const Refinement& refinement, const BlockInfo& block, std::uint32_t number,
                              VersionId version, VertexId target) const;
   void choose_seeds(const BitCounter& coder, const BlockState& state, const Refinement& refinement, RecordId r);
-  template <class CoderOf, class Before>
-  void code_all(Content& content, RecordCodec& codec, CoderOf&& coder_of, Before&& before, std::string_view stage);
 
   const TetMesh& mesh_;
   const RecordStream& records_;
@@ -90,13 +88,13 @@ private:
   std::vector<OtherParents> others_;     ///< by block
   std::vector<std::uint32_t> stream_of_; ///< stream version of each version of the refinement
   std::vector<VersionId> version_of_;    ///< and back
-  std::vector<std::uint64_t> seed_begin_;
-  std::vector<Seed> seeds_; ///< in the order of coding
   std::vector<std::uint32_t> coding_order_;
+  std::vector<Transcript> transcripts_; ///< by block
   InitialProbabilities initial_;
   std::vector<std::vector<std::byte>> block_bytes_;
 
   // Scratch of choose_seeds() and match_fine().
+  std::vector<Seed> seeds_; ///< those chosen
   std::vector<char> reached_;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> fine_keys_, stream_keys_;
 };
@@ -439,6 +437,7 @@ void Encoding::choose_seeds(const BitCounter& coder, const BlockState& state, co
   const std::uint32_t count = records_.modified_count[record];
   const VertexId target = order_.file_vertex[records_.target[record].index()];
   const BlockInfo& block = infos_[state.block];
+  seeds_.clear();
   reached_.assign(count, 0);
   for (std::uint32_t left = count; left > 0;) {
     std::uint64_t best_cost = std::numeric_limits<std::uint64_t>::max();
@@ -479,61 +478,62 @@ void Encoding::choose_seeds(const BitCounter& coder, const BlockState& state, co
   }
 }
 
-template <class CoderOf, class Before>
-void Encoding::code_all(Content& content, RecordCodec& codec, CoderOf&& coder_of, Before&& before,
-                        std::string_view stage) {
-  std::vector<BlockState> states;
-  for (std::uint32_t b = 0; b < infos_.size(); ++b) {
-    states.emplace_back(b, infos_[b].needs.size(), schema_->code_count());
+/// Counts for the model what a coder of the block would be told, and keeps it until the model is there.
+class Scribe {
+public:
+  Scribe(BitCounter& counter, Transcript& transcript) : counter_(counter), transcript_(transcript) {}
+  bool bit(std::uint32_t context, bool bit) {
+    transcript_.bit(context, bit);
+    return counter_.bit(context, bit);
   }
-  for (std::size_t done = 0; done < coding_order_.size(); ++done) {
-    if (done % 4096 == 0) report(progress_, stage, done, coding_order_.size());
-    const RecordId r{coding_order_[done]};
-    BlockState& state = states[block_of_[r.index()]];
-    before(state, r, done);
-    const std::uint32_t record = order_.stream_record[r.index()];
-    const std::uint32_t first = records_.coarse_begin[record].index();
-    const std::uint32_t count = records_.modified_count[record];
-    const auto in_region = [&](VersionId behind) { return stream_of_[behind.index()] - first < count; };
-    const std::span<const Seed> seeds(seeds_.data() + seed_begin_[done], seeds_.data() + seed_begin_[done + 1]);
-    codec.code(coder_of(state.block), state, content, r, RecordKnown<decltype(in_region)>{seeds, in_region},
-               others_[state.block].of(r));
-    if (version_of_[records_.consumed(record).front().index()].is_none()) match_fine(content.refinement, r, record);
-    codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
+  std::uint64_t raw(unsigned count, std::uint64_t value) {
+    transcript_.raw(count, value);
+    return counter_.raw(count, value);
   }
-}
 
-void Encoding::choose_seeds_and_train() {
+private:
+  BitCounter& counter_;
+  Transcript& transcript_;
+};
+
+void Encoding::transcribe() {
   Content content = full_content();
   match_base(content.refinement);
   RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
   BitCounter counter(schema_->context_count());
-  seed_begin_.assign(1, 0);
-  code_all(
-      content, codec, [&](std::uint32_t) -> BitCounter& { return counter; },
-      [&](const BlockState& state, RecordId r, std::size_t) {
-        choose_seeds(counter, state, content.refinement, r);
-        seed_begin_.push_back(seeds_.size());
-      },
-      "ordering records");
+  transcripts_.resize(infos_.size());
+  std::vector<BlockState> states;
+  for (std::uint32_t b = 0; b < infos_.size(); ++b)
+    states.emplace_back(b, infos_[b].needs.size(), schema_->code_count());
+  for (std::size_t done = 0; done < coding_order_.size(); ++done) {
+    if (done % 4096 == 0) report(progress_, "writing records", done, coding_order_.size());
+    const RecordId r{coding_order_[done]};
+    BlockState& state = states[block_of_[r.index()]];
+    choose_seeds(counter, state, content.refinement, r);
+    const std::uint32_t record = order_.stream_record[r.index()];
+    const std::uint32_t first = records_.coarse_begin[record].index();
+    const std::uint32_t count = records_.modified_count[record];
+    const auto in_region = [&](VersionId behind) { return stream_of_[behind.index()] - first < count; };
+    Scribe scribe(counter, transcripts_[state.block]);
+    codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{seeds_, in_region},
+               others_[state.block].of(r));
+    match_fine(content.refinement, r, record);
+    codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
+  }
   initial_ = counter.trained();
   take_back(content);
 }
 
 void Encoding::code_blocks() {
-  Content content = full_content();
-  RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
-  std::vector<RangeEncoder> encoders(infos_.size(), RangeEncoder(initial_));
-  code_all(
-      content, codec, [&](std::uint32_t block) -> RangeEncoder& { return encoders[block]; },
-      [](const BlockState&, RecordId, std::size_t) {}, "writing records");
-  take_back(content);
   for (std::uint32_t b = 0; b < infos_.size(); ++b) {
     ByteWriter out;
     const std::span generations(order_.generation);
     put_runs(out, generations.subspan(infos_[b].first_record, infos_[b].record_count));
     put_others(out, b, infos_, others_[b]);
-    out.put_bytes(encoders[b].finish());
+    RangeEncoder encoder(initial_);
+    transcripts_[b].tell(encoder);
+    transcripts_[b] = {};
+    out.put_bytes(encoder.finish());
     const std::uint64_t least = std::max(
         (rows_[b].version_count + kMaxVersionsPerByte - 1) / kMaxVersionsPerByte,
         static_cast<std::uint32_t>((infos_[b].record_count * vertex_bytes(fixed_.header) + kMaxValueBytesPerByte - 1) /
@@ -603,7 +603,7 @@ std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, 
   encoding.number_order();
   encoding.make_base();
   encoding.find_needs();
-  encoding.choose_seeds_and_train();
+  encoding.transcribe();
   encoding.code_blocks();
   return encoding.assemble(manifest);
 }

@@ -56,6 +56,30 @@ TEST_CASE("what the range coder writes, it reads") {
   }
 }
 
+TEST_CASE("a transcript tells all that was told, whatever the number of contexts") {
+  std::mt19937_64 random(5);
+  InitialProbabilities initial(70000);
+  for (std::uint8_t& byte : initial)
+    byte = static_cast<std::uint8_t>(random());
+  RangeEncoder at_once(initial);
+  Transcript transcript;
+  for (int i = 0; i < 20000; ++i) {
+    // Around 2^15 and 2^16, where what stands for a context and a bit takes more room.
+    const auto context = static_cast<std::uint32_t>(
+        std::array<std::uint64_t, 3>{random() % 70000, 32740 + random() % 40, 65530 + random() % 10}[random() % 3]);
+    const bool bit = random() % 2 == 0;
+    at_once.bit(context, bit);
+    transcript.bit(context, bit);
+    const auto count = static_cast<unsigned>(random() % 65);
+    const std::uint64_t value = count == 0 ? 0 : random() >> (64 - count);
+    at_once.raw(count, value);
+    transcript.raw(count, value);
+  }
+  RangeEncoder told(initial);
+  transcript.tell(told);
+  CHECK(told.finish() == at_once.finish());
+}
+
 TEST_CASE("ranks sort like the numbers and keep every bit") {
   const float inf = std::numeric_limits<float>::infinity();
   const std::vector<float> ascending = {-inf, -3.5F, -1e-40F, -0.0F, 0.0F, 1e-40F, 2, 3.5F, inf};
