@@ -11,25 +11,85 @@
 // machine predicts the same.
 #pragma once
 
+#include "mesh/scalar_dispatch.hpp"
 #include "ptet/mesh.hpp"
 
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <type_traits>
 
 namespace ptet::file {
 
-[[nodiscard]] unsigned bits_of(ScalarType type);
+[[nodiscard]] inline unsigned bits_of(ScalarType type) {
+  return static_cast<unsigned>(8 * size_of(type));
+}
 [[nodiscard]] inline bool is_float(ScalarType type) {
   return type == ScalarType::kFloat32 || type == ScalarType::kFloat64;
 }
 
+template <class T>
+using Bits = std::conditional_t<sizeof(T) == 1, std::uint8_t,
+                                std::conditional_t<sizeof(T) == 2, std::uint16_t,
+                                                   std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>>;
+
+template <class T>
+[[nodiscard]] Bits<T> to_rank(T value) {
+  constexpr Bits<T> kTop = static_cast<Bits<T>>(Bits<T>{1} << (sizeof(T) * 8 - 1));
+  const auto bits = std::bit_cast<Bits<T>>(value);
+  if constexpr (std::is_floating_point_v<T>) {
+    return (bits & kTop) != 0 ? static_cast<Bits<T>>(~bits) : static_cast<Bits<T>>(bits | kTop);
+  } else {
+    return std::is_signed_v<T> ? static_cast<Bits<T>>(bits ^ kTop) : bits;
+  }
+}
+
+template <class T>
+[[nodiscard]] T from_rank(Bits<T> rank) {
+  constexpr Bits<T> kTop = static_cast<Bits<T>>(Bits<T>{1} << (sizeof(T) * 8 - 1));
+  if constexpr (std::is_floating_point_v<T>) {
+    return std::bit_cast<T>((rank & kTop) != 0 ? static_cast<Bits<T>>(rank ^ kTop) : static_cast<Bits<T>>(~rank));
+  } else {
+    return std::bit_cast<T>(std::is_signed_v<T> ? static_cast<Bits<T>>(rank ^ kTop) : rank);
+  }
+}
+
+template <class T>
+[[nodiscard]] T nearest_scalar(double value) {
+  if (std::isnan(value)) return T{0};
+  if constexpr (std::is_floating_point_v<T>) {
+    // A double beyond the range of float is no value of it: clamp first.
+    constexpr double kMost = std::numeric_limits<T>::max();
+    return static_cast<T>(std::min(std::max(value, -kMost), kMost));
+  } else {
+    constexpr auto kLeast = static_cast<double>(std::numeric_limits<T>::min());
+    // 2^bits or 2^(bits-1), exactly: the least double that is too large.
+    constexpr auto kHalf = static_cast<T>(std::numeric_limits<T>::max() / 2 + 1);
+    constexpr double kBeyond = 2.0 * static_cast<double>(kHalf);
+    const double rounded = value < 0 ? value - 0.5 : value + 0.5;
+    if (rounded >= kBeyond) return std::numeric_limits<T>::max();
+    if (rounded <= kLeast) return std::numeric_limits<T>::min();
+    return static_cast<T>(rounded);
+  }
+}
+
 /// The rank of the scalar stored at `from`, and back.
-[[nodiscard]] std::uint64_t load_rank(ScalarType type, const std::byte* from);
-void store_rank(ScalarType type, std::uint64_t rank, std::byte* to);
+[[nodiscard]] inline std::uint64_t load_rank(ScalarType type, const std::byte* from) {
+  return dispatch(type, [&]<class T>(T) -> std::uint64_t { return to_rank(load<T>(from)); });
+}
+inline void store_rank(ScalarType type, std::uint64_t rank, std::byte* to) {
+  dispatch(type, [&]<class T>(T) { store(to, from_rank<T>(static_cast<Bits<T>>(rank))); });
+}
 /// The rank of the scalar nearest to `value` (half away from zero for integers, clamped to the type's range; 0 for
 /// NaN).
-[[nodiscard]] std::uint64_t rank_of(ScalarType type, double value);
+[[nodiscard]] inline std::uint64_t rank_of(ScalarType type, double value) {
+  return dispatch(type, [&]<class T>(T) -> std::uint64_t { return to_rank(nearest_scalar<T>(value)); });
+}
 
 /// The decimals of `digits` significant digits: 0, and +-m * 10^e with 10^(digits-1) <= m < 10^digits,
 /// -kMaxExponent <= e <= kMaxExponent.
@@ -54,6 +114,8 @@ private:
   ScalarType type_;
   std::int64_t first_;  ///< 10^(digits-1), the least mantissa
   std::int64_t decade_; ///< decimals of one sign and exponent
+  /// By exponent, from -kMaxExponent: the least magnitude whose mantissa has too many digits.
+  std::array<double, 2 * kMaxExponent + 1> beyond_;
 };
 
 /// The least number of significant digits that represents at least 98% of a component's values exactly; 0 when none

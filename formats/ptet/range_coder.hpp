@@ -127,18 +127,23 @@ public:
       code_ = code_ << 8 | next_byte();
   }
 
-  // Bits are what cannot be predicted, so there is no branch on one here.
   bool bit(std::uint32_t context, bool = false) {
     Probability& p = contexts_[context];
-    const std::uint32_t bound = (range_ >> Probability::kBits) * p.scaled();
-    const std::uint32_t bit = code_ < bound ? 1 : 0;
-    const std::uint32_t if_one = 0 - bit;
-    code_ -= bound & ~if_one;
-    range_ = (bound & if_one) | ((range_ - bound) & ~if_one);
-    const std::uint32_t rise = (65535U - p.one) >> Probability::kRate, fall = p.one >> Probability::kRate;
-    p.one = static_cast<std::uint16_t>(p.one + (rise & if_one) - (fall & ~if_one));
-    normalise();
-    return bit != 0;
+    return take(p, p.scaled());
+  }
+  /// `levels` bits, each in the context `first` plus the bits before it with a 1 in front; returns them with that 1.
+  /// The contexts of both outcomes are at hand before a bit is known: the next one waits for no memory.
+  std::uint32_t tree(std::uint32_t first, unsigned levels) {
+    Probability* const root = contexts_.data() + first;
+    std::uint32_t node = 1;
+    std::uint32_t scaled = root[1].scaled();
+    for (unsigned level = 1; level < levels; ++level) {
+      const std::uint32_t if_zero = root[2 * node].scaled(), if_one = root[2 * node + 1].scaled();
+      const bool bit = take(root[node], scaled);
+      scaled = bit ? if_one : if_zero;
+      node = 2 * node + (bit ? 1 : 0);
+    }
+    return 2 * node + (take(root[node], scaled) ? 1 : 0);
   }
   std::uint64_t raw(unsigned count, std::uint64_t = 0) {
     std::uint64_t value = 0;
@@ -155,6 +160,18 @@ public:
   }
 
 private:
+  // Bits are what cannot be predicted, so there is no branch on one here.
+  bool take(Probability& p, std::uint32_t scaled) {
+    const std::uint32_t bound = (range_ >> Probability::kBits) * scaled;
+    const bool bit = code_ < bound;
+    const std::uint32_t if_one = bit ? ~0U : 0;
+    code_ -= bound & ~if_one;
+    range_ = (bound & if_one) | ((range_ - bound) & ~if_one);
+    const std::uint32_t rise = (65535U - p.one) >> Probability::kRate, fall = p.one >> Probability::kRate;
+    p.one = static_cast<std::uint16_t>(p.one + (rise & if_one) - (fall & ~if_one));
+    normalise();
+    return bit;
+  }
   [[nodiscard]] std::uint32_t next_byte() {
     return next_ < bytes_.size() ? static_cast<std::uint32_t>(bytes_[next_++]) : 0U;
   }

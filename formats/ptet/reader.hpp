@@ -170,9 +170,11 @@ public:
   Batch(Batch&&) noexcept;
   Batch& operator=(Batch&&) noexcept;
   ~Batch();
+  /// Told of each record that is applied the bounding box of its star.
+  using StarMeasured = std::function<void(RecordId r, const Point& least, const Point& greatest)>;
   /// Applies up to `records` more. Returns whether any are left.
   /// Throws BlockError; `content` must be made anew then.
-  bool step(Content& content, std::size_t records);
+  bool step(Content& content, std::size_t records, const StarMeasured& measured = {});
   /// Checks what only the whole of a block tells, after the last step. Content::block_loaded is the caller's to set.
   /// Throws as step().
   void check(const Content& content) const;

@@ -26,11 +26,16 @@ namespace ptet::file {
   throw Error(ErrorCode::kCorruptFile, "record " + std::to_string(r.index()) + " is corrupt: " + what);
 }
 
+/// Whether a coder is on the reader's side, where values are not known before.
+template <class Coder>
+inline constexpr bool kReads = std::is_same_v<Coder, RangeDecoder>;
+
 // ---- numbers ----
 
 /// The bits of `value` below 2^levels, high one first, in a tree of 2^levels contexts.
 template <class Coder>
 std::uint32_t code_tree(Coder& coder, std::uint32_t first_context, unsigned levels, std::uint32_t value) {
+  if constexpr (kReads<Coder>) return coder.tree(first_context, levels) - (1U << levels);
   std::uint32_t node = 1;
   for (unsigned level = levels; level-- > 0;) {
     node = node << 1 | (coder.bit(first_context + node, (value >> level & 1) != 0) ? 1U : 0U);
@@ -93,7 +98,8 @@ template <class Coder>
 std::uint64_t code_scalar(Coder& coder, const Column& column, double predicted, double spread, std::uint64_t rank,
                           RecordId r) {
   if (column.decimals) {
-    const auto exact = column.decimals->exact(rank);
+    std::optional<std::int64_t> exact;
+    if constexpr (!kReads<Coder>) exact = column.decimals->exact(rank);
     if (!coder.bit(column.escape, !exact.has_value())) {
       const std::int64_t from = column.decimals->nearest(predicted);
       const std::int64_t apart = column.decimals->nearest(predicted + spread) - from;
@@ -247,7 +253,10 @@ public:
     account(coder, bits_.order);
   }
 
-  /// Extends a box by the star of the record coded last.
+  /// Box of the star of the record coded last.
+  [[nodiscard]] const Point& star_least() const { return star_least_; }
+  [[nodiscard]] const Point& star_greatest() const { return star_greatest_; }
+  /// Extends a box by it.
   void extend_by_star(Point& least, Point& greatest) const {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       least[axis] = std::min(least[axis], star_least_[axis]);

@@ -62,10 +62,7 @@ private:
     std::array<std::uint16_t, 3> min, max;
   };
 
-  void adopt(std::uint32_t block);
-  void check_dependencies(const file::BlockInfo& block) const;
-  template <class T>
-  void measure_stars(const file::BlockInfo& block);
+  void keep_star(RecordId r, const Point& least, const Point& greatest);
 
   file::Reader reader_;
   file::Content content_;

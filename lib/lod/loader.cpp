@@ -36,8 +36,8 @@ struct Stopped {};
 } // namespace
 
 Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& options,
-               std::function<void(std::uint32_t)> adopt)
-    : reader_(reader), content_(content), adopt_(std::move(adopt)), in_background_(options.background),
+               file::Reader::Batch::StarMeasured measured)
+    : reader_(reader), content_(content), measured_(std::move(measured)), in_background_(options.background),
       needed_by_(reader.blocks().size()), in_use_(reader.blocks().size(), 0), no_room_(reader.blocks().size(), 0),
       pins_(reader.blocks().size(), 0) {
   for (std::uint32_t b = 0; b < needed_by_.size(); ++b)
@@ -312,12 +312,10 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched) {
   }
   try {
     file::Reader::Batch batch = alone([&] { return reader_.begin(std::move(fetched), content_); });
-    while (alone([&] { return batch.step(content_, kRecordsAtOnce); }))
+    while (alone([&] { return batch.step(content_, kRecordsAtOnce, measured_); }))
       if (stop_) throw Stopped{};
-    alone([&] { batch.check(content_); });
-    for (const std::uint32_t b : blocks)
-      alone([&] { adopt_(b); });
     alone([&] {
+      batch.check(content_);
       for (const std::uint32_t b : blocks)
         content_.block_loaded[b] = 1;
       content_.refinement.settle(); // once all is read
@@ -388,11 +386,9 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
     blocks.push_back(block.block);
   if (!fetched.empty()) {
     file::Reader::Batch batch = reader_.begin(std::move(fetched), content_);
-    while (batch.step(content_, content_.generation.size())) {
+    while (batch.step(content_, content_.generation.size(), measured_)) {
     }
     batch.check(content_);
-    for (const std::uint32_t b : blocks)
-      adopt_(b);
   }
   for (const std::uint32_t b : blocks)
     content_.block_loaded[b] = 1;

@@ -34,10 +34,10 @@ using BlockSet = std::vector<char>;
 
 class Loader {
 public:
-  /// `adopt(block)` is called once a block is decoded, the content's lock held alone; what it throws, an Error, makes
-  /// the block one that cannot be had. `reader` and `content` must outlive the loader; nobody else may load.
+  /// `measured` is called for each record that is decoded, the content's lock held alone. `reader` and `content` must
+  /// outlive the loader; nobody else may load.
   Loader(file::Reader& reader, file::Content& content, const OpenOptions& options,
-         std::function<void(std::uint32_t)> adopt);
+         file::Reader::Batch::StarMeasured measured);
   /// Stops the thread; waits for a read of the source that is under way.
   ~Loader();
   Loader(const Loader&) = delete;
@@ -133,7 +133,7 @@ private:
 
   file::Reader& reader_;
   file::Content& content_;
-  const std::function<void(std::uint32_t)> adopt_;
+  const file::Reader::Batch::StarMeasured measured_;
   const bool in_background_;
   std::vector<std::vector<std::uint32_t>> needed_by_;
   std::uint64_t room_ = 0;  ///< bytes for decoded blocks
