@@ -80,14 +80,17 @@ template <class T>
 
 /// The rank of the scalar stored at `from`, and back.
 [[nodiscard]] inline std::uint64_t load_rank(ScalarType type, const std::byte* from) {
+  if (type == ScalarType::kFloat32) return to_rank(load<float>(from)); // the usual one
   return dispatch(type, [&]<class T>(T) -> std::uint64_t { return to_rank(load<T>(from)); });
 }
 inline void store_rank(ScalarType type, std::uint64_t rank, std::byte* to) {
+  if (type == ScalarType::kFloat32) return store(to, from_rank<float>(static_cast<std::uint32_t>(rank)));
   dispatch(type, [&]<class T>(T) { store(to, from_rank<T>(static_cast<Bits<T>>(rank))); });
 }
 /// The rank of the scalar nearest to `value` (half away from zero for integers, clamped to the type's range; 0 for
 /// NaN).
 [[nodiscard]] inline std::uint64_t rank_of(ScalarType type, double value) {
+  if (type == ScalarType::kFloat32) return to_rank(nearest_scalar<float>(value));
   return dispatch(type, [&]<class T>(T) -> std::uint64_t { return to_rank(nearest_scalar<T>(value)); });
 }
 

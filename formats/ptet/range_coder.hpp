@@ -33,12 +33,13 @@ struct Probability {
     return {static_cast<std::uint16_t>(byte * 256U + 128U)};
   }
   [[nodiscard]] std::uint32_t scaled() const { return one >> (16 - kBits); }
-  void update(bool bit) {
-    if (bit) {
-      one = static_cast<std::uint16_t>(one + ((65535U - one) >> kRate));
-    } else {
-      one = static_cast<std::uint16_t>(one - (one >> kRate));
-    }
+  void update(bool bit) { update(bit ? ~0U : 0U); }
+  /// `if_one`: 0 or all bits set. Rises by (65535 - one) >> kRate or falls by one >> kRate: rounding down what is
+  /// added, both are a part of the way to a number.
+  void update(std::uint32_t if_one) {
+    constexpr std::uint32_t kLeast = (1U << kRate) - 1;
+    const auto towards = static_cast<std::int32_t>(kLeast + (if_one & (65535U - kLeast)));
+    one = static_cast<std::uint16_t>(one + ((towards - one) >> kRate));
   }
 };
 
@@ -124,69 +125,77 @@ public:
   RangeDecoder(const InitialProbabilities& initial, std::vector<std::byte> bytes, std::size_t start)
       : contexts_(start_probabilities(initial)), bytes_(std::move(bytes)), next_(start) {
     for (int i = 0; i < 4; ++i)
-      code_ = code_ << 8 | next_byte();
+      state_.code = state_.code << 8 | next_byte();
   }
 
   bool bit(std::uint32_t context, bool = false) {
     Probability& p = contexts_[context];
-    return take(p, p.scaled());
+    return take(p, p.scaled(), state_) != 0;
   }
-  /// `levels` bits, each in the context `first` plus the bits before it with a 1 in front; returns them with that 1.
-  /// The contexts of both outcomes are at hand before a bit is known: the next one waits for no memory.
+  /// `levels` bits, at least one, each in the context `first` plus the bits before it with a 1 in front; returns them
+  /// with that 1. The contexts of both outcomes are at hand before a bit is known: the next bit waits for no memory.
   std::uint32_t tree(std::uint32_t first, unsigned levels) {
     Probability* const root = contexts_.data() + first;
+    State state = state_;
     std::uint32_t node = 1;
     std::uint32_t scaled = root[1].scaled();
     for (unsigned level = 1; level < levels; ++level) {
-      const std::uint32_t if_zero = root[2 * node].scaled(), if_one = root[2 * node + 1].scaled();
-      const bool bit = take(root[node], scaled);
-      scaled = bit ? if_one : if_zero;
-      node = 2 * node + (bit ? 1 : 0);
+      const std::uint32_t of_zero = root[2 * node].scaled(), of_one = root[2 * node + 1].scaled();
+      const std::uint32_t if_one = take(root[node], scaled, state);
+      scaled = of_zero ^ ((of_zero ^ of_one) & if_one);
+      node = 2 * node - if_one;
     }
-    return 2 * node + (take(root[node], scaled) ? 1 : 0);
+    node = 2 * node - take(root[node], scaled, state);
+    state_ = state;
+    return node;
   }
   std::uint64_t raw(unsigned count, std::uint64_t = 0) {
     std::uint64_t value = 0;
+    State state = state_;
     for (unsigned left = count; left > 0;) {
       const unsigned step = std::min(left, 8U);
       left -= step;
-      range_ >>= step;
-      const std::uint32_t digit = std::min(code_ / range_, (1U << step) - 1);
-      code_ -= digit * range_;
+      state.range >>= step;
+      const std::uint32_t digit = std::min(state.code / state.range, (1U << step) - 1);
+      state.code -= digit * state.range;
       value = value << step | digit;
-      normalise();
+      normalise(state);
     }
+    state_ = state;
     return value;
   }
 
 private:
-  // Bits are what cannot be predicted, so there is no branch on one here.
-  bool take(Probability& p, std::uint32_t scaled) {
-    const std::uint32_t bound = (range_ >> Probability::kBits) * scaled;
-    const bool bit = code_ < bound;
-    const std::uint32_t if_one = bit ? ~0U : 0;
-    code_ -= bound & ~if_one;
-    range_ = (bound & if_one) | ((range_ - bound) & ~if_one);
-    const std::uint32_t rise = (65535U - p.one) >> Probability::kRate, fall = p.one >> Probability::kRate;
-    p.one = static_cast<std::uint16_t>(p.one + (rise & if_one) - (fall & ~if_one));
-    normalise();
-    return bit;
+  struct State {
+    std::uint32_t range = 0xFFFFFFFF, code = 0;
+  };
+
+  // Bits are what cannot be predicted, so there is no branch on one here. Returns 0 or, for a 1, all bits set.
+  [[gnu::always_inline]] std::uint32_t take(Probability& p, std::uint32_t scaled, State& state) {
+    const std::uint32_t bound = (state.range >> Probability::kBits) * scaled;
+    const auto if_one = static_cast<std::uint32_t>((std::uint64_t{state.code} - bound) >> 32);
+    const std::uint32_t rest = state.range - bound;
+    state.code -= bound & ~if_one;
+    state.range = rest ^ ((rest ^ bound) & if_one);
+    p.update(if_one);
+    normalise(state);
+    return if_one;
   }
   [[nodiscard]] std::uint32_t next_byte() {
     return next_ < bytes_.size() ? static_cast<std::uint32_t>(bytes_[next_++]) : 0U;
   }
-  void normalise() {
-    while (range_ < (1U << 24)) {
-      range_ <<= 8;
-      code_ = code_ << 8 | next_byte();
-    }
+  void normalise(State& state) {
+    while (state.range < (1U << 24))
+      [[unlikely]] {
+        state.range <<= 8;
+        state.code = state.code << 8 | next_byte();
+      }
   }
 
   std::vector<Probability> contexts_;
   std::vector<std::byte> bytes_;
   std::size_t next_;
-  std::uint32_t code_ = 0;
-  std::uint32_t range_ = 0xFFFFFFFF;
+  State state_;
 };
 
 /// What one coder was told, to be told to another. Two bytes a bit in a context; of its 32,752 first ones, that is.

@@ -398,14 +398,16 @@ void Reader::check_record(RecordId r, std::uint32_t block, const Content& conten
   const std::size_t codes = content.errors_per_record;
   const auto& needs = blocks_[block].needs;
   const auto fail = [&](const char* what) { violated({what, blocks_[block].offset, block, r.index(), {}}); };
+  std::uint32_t named = block; // by the table
   for (const RecordId parent : content.refinement.parents(r)) {
     if (content.generation[parent.index()] >= content.generation[r.index()]) {
       fail("it depends on a record that does not come before it");
     }
     const std::uint32_t home = decoding_->block_of[parent.index()];
-    if (home != block && !std::binary_search(needs.begin(), needs.end(), home)) {
+    if (home != named && home != block && !std::binary_search(needs.begin(), needs.end(), home)) {
       fail("it depends on a block that the table does not name");
     }
+    named = home;
     for (std::size_t i = 0; i < codes; ++i) {
       if (content.monotone[parent.index() * codes + i] < content.monotone[r.index() * codes + i]) {
         fail("its errors are greater than those of a record it depends on");
@@ -542,6 +544,14 @@ Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) 
       open.greatest.fill(-std::numeric_limits<double>::infinity());
     });
   }
+  std::uint64_t records = 0, versions = 0;
+  for (const OpenBlock& block : batching->open) {
+    records += block.records_left;
+    versions += d.rows[block.block].version_count;
+  }
+  // The last of them: lists that grow no more need no room to do so.
+  if (content.refinement.applied_count() + records == header_.record_count)
+    content.refinement.reserve(content.refinement.version_count() + versions);
   // What is told of a file that is wrong is told in the order of the specification.
   if (d.violations) {
     std::sort(batching->runs.begin(), batching->runs.end(), [](const Run& a, const Run& b) {

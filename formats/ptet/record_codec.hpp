@@ -76,6 +76,13 @@ std::int64_t code_int(Coder& coder, std::uint32_t first_context, std::int64_t va
   return negative ? -static_cast<std::int64_t>(magnitude) : static_cast<std::int64_t>(magnitude);
 }
 
+/// The rank of the scalar that is to be coded, where it is known.
+template <class Coder>
+std::uint64_t known_rank(const Column& column, const std::byte* at) {
+  if constexpr (kReads<Coder>) return 0;
+  return load_rank(column.type, at);
+}
+
 /// A difference modulo 2^64, as sign and magnitude, in the contexts of a column and a spread.
 template <class Coder>
 std::uint64_t code_difference(Coder& coder, const Column& column, std::uint64_t spread, std::uint64_t difference,
@@ -218,7 +225,17 @@ struct CodedBits {
 class RecordCodec {
 public:
   RecordCodec(const Schema& schema, std::span<const BlockInfo> blocks, std::size_t vertex_count)
-      : schema_(schema), blocks_(blocks), marks_(vertex_count + 1) {}
+      : schema_(schema), blocks_(blocks), marks_(vertex_count + 1) {
+    std::size_t column = 0;
+    for (std::uint32_t array = 0; array < schema.arrays.size(); ++array) {
+      for (std::uint32_t component = 0; component < schema.arrays[array].size(); ++component, ++column) {
+        if (column % kColumnsAtOnce == 0) groups_.emplace_back();
+        auto& group = groups_.back();
+        if (group.empty() || group.back().array != array) group.push_back({array, component, 0});
+        ++group.back().components;
+      }
+    }
+  }
 
   /// Codes record `r` and applies its split. The writer's `content` holds all values beforehand, the reader's gets
   /// those of the record. `others`: parents that are not told by the region.
@@ -242,7 +259,7 @@ public:
     };
     content.refinement.split(r, target_, seed_versions_, joins, others);
     account(coder, bits_.growth);
-    weigh_link(content, r);
+    weigh_link(content);
     code_arrays(coder, content, r);
     account(coder, bits_.arrays);
     code_errors(coder, state, content, r);
@@ -269,10 +286,16 @@ private:
   /// Scratch by vertex, valid for the record whose stamp it holds; the last row is the dummy's.
   struct Mark {
     std::uint32_t stamp = 0;
-    std::uint8_t nearness = 0; ///< 0: near v .. 5: near u; 6: the dummy
-    std::uint8_t rim = 0;      ///< faces of the rim at this vertex so far, 2 at most
-    bool in_link = false;
+    std::uint32_t near = 0; ///< index into near_
   };
+  /// A vertex near v, met while the region grows.
+  struct NearVertex {
+    Point at, from_u;
+    double v_distance_sq;
+    std::uint8_t nearness; ///< 0: near v .. 5: near u; 6: the dummy
+    std::uint8_t rim;      ///< faces of the rim at this vertex so far, 2 at most
+  };
+  static constexpr std::uint8_t kDummyNearness = 6;
   static constexpr std::size_t kMaxPrefetched = 8;
   struct LinkVertex {
     std::size_t vertex;
@@ -291,14 +314,19 @@ private:
     bits_mark_ = now;
   }
   void next_stamp() {
+    near_.clear();
     if (++stamp_ != 0) return;
     std::fill(marks_.begin(), marks_.end(), Mark{});
     stamp_ = 1;
   }
-  [[nodiscard]] Mark& mark_of(VertexId v) {
+  /// Index into near_.
+  [[nodiscard]] std::uint32_t near(const Content& content, VertexId v) {
     Mark& mark = marks_[v == kDummyVertex ? marks_.size() - 1 : v.index()];
-    if (mark.stamp != stamp_) mark = {stamp_, 0xFF, 0, false};
-    return mark;
+    if (mark.stamp != stamp_) {
+      mark = {stamp_, static_cast<std::uint32_t>(near_.size())};
+      near_.push_back(measure(content, v));
+    }
+    return mark.near;
   }
   [[nodiscard]] static Point position(const Content& content, VertexId v) {
     const PointArray& positions = content.positions;
@@ -349,10 +377,17 @@ private:
   struct Prediction {
     double value, spread;
   };
-  [[nodiscard]] Prediction predict(const PointArray& array, std::uint32_t component);
-  [[nodiscard]] std::uint8_t nearness(const Content& content, VertexId v);
-  [[nodiscard]] std::uint32_t height_class(const Content& content, const GrowthFace& face);
-  void weigh_link(const Content& content, RecordId r);
+  /// Components of an array.
+  struct Columns {
+    std::uint32_t array, first_component, components;
+  };
+  static constexpr std::size_t kColumnsAtOnce = 16;
+  void predict(const Content& content, const std::vector<Columns>& group);
+  [[nodiscard]] Prediction predict_finite(std::size_t column) const;
+  [[nodiscard]] NearVertex measure(const Content& content, VertexId v) const;
+  [[nodiscard]] std::uint32_t height_class(const Content& content, const GrowthFace& face, std::uint32_t a,
+                                           std::uint32_t b);
+  void weigh_link(const Content& content);
 
   const Schema& schema_;
   std::span<const BlockInfo> blocks_;
@@ -366,8 +401,11 @@ private:
   VertexId target_;
   Point u_position_{}, v_position_{};
   Point star_least_{}, star_greatest_{};
+  std::vector<NearVertex> near_;
   std::vector<LinkVertex> link_;
-  std::vector<double> near_values_;
+  std::vector<std::vector<Columns>> groups_;                    ///< of all columns, predicted together
+  std::vector<std::array<double, kColumnsAtOnce>> near_values_; ///< of a group, by vertex of the link
+  std::array<Prediction, kColumnsAtOnce> predictions_{};        ///< of a group
   bool at_boundary_ = false;
   std::vector<std::int32_t> missed_; ///< by governing field: how far the prediction was off, as an error code
 };
@@ -429,7 +467,7 @@ void RecordCodec::code_position(Coder& coder, Content& content, RecordId r) {
       greatest = std::max(greatest, x);
     }
     std::byte* at = scalar_at(content.positions, column, content.refinement.vertex_of(r).index(), axis);
-    const std::uint64_t actual = load_rank(column.type, at);
+    const std::uint64_t actual = known_rank<Coder>(column, at);
     const auto same = code_same(coder, axis, earlier, {ranks.data(), count}, actual);
     if (same) earlier |= 1U << axis;
     const double middle = sum / static_cast<double>(count - 1);
@@ -476,26 +514,26 @@ std::uint32_t count_not_below(double value, double unit, const double (&steps)[C
 }
 
 // Squared distance to v against that to u: a vertex near v is likely inside the region, one near u outside.
-inline std::uint8_t RecordCodec::nearness(const Content& content, VertexId v) {
-  Mark& mark = mark_of(v);
-  if (mark.nearness != 0xFF) return mark.nearness;
-  if (v == kDummyVertex) return mark.nearness = 6;
+inline RecordCodec::NearVertex RecordCodec::measure(const Content& content, VertexId v) const {
+  if (v == kDummyVertex) return {{}, {}, 0, kDummyNearness, 0};
+  content.refinement.prefetch(v);
   prefetch_values(content, v);
   const Point at = position(content, v);
-  const Point to_u = minus(at, u_position_), to_v = minus(at, v_position_);
-  const double du = dot(to_u, to_u), dv = dot(to_v, to_v);
-  mark.nearness = static_cast<std::uint8_t>(count_not_below(dv, du, {0.3, 0.6, 0.9, 1.3, 2.0}));
-  return mark.nearness;
+  const Point from_u = minus(at, u_position_), from_v = minus(at, v_position_);
+  const double du = dot(from_u, from_u), dv = dot(from_v, from_v);
+  return {at, from_u, dv, static_cast<std::uint8_t>(count_not_below(dv, du, {0.3, 0.6, 0.9, 1.3, 2.0})), 0};
 }
 
-// Height of v above the face, against that of the region's tet. The face of a rim tet has v above it.
-inline std::uint32_t RecordCodec::height_class(const Content& content, const GrowthFace& face) {
-  if (face.a == kDummyVertex || face.b == kDummyVertex) return nearness(content, face.c);
-  const Point normal =
-      cross(minus(position(content, face.a), u_position_), minus(position(content, face.b), u_position_));
+// Height of v above the face, against that of the region's tet. The face of a rim tet has v above it. `a`, `b`: where
+// the face's vertices are in near_.
+inline std::uint32_t RecordCodec::height_class(const Content& content, const GrowthFace& face, std::uint32_t a,
+                                               std::uint32_t b) {
+  const NearVertex& c = near_[near(content, face.c)]; // may move the others
+  if (near_[a].nearness == kDummyNearness || near_[b].nearness == kDummyNearness) return c.nearness;
+  const Point normal = cross(near_[a].from_u, near_[b].from_u);
   const double height = dot(normal, minus(v_position_, u_position_));
-  if (face.c == kDummyVertex) return height > 0 ? 7 : 6;
-  const double whole = dot(normal, minus(position(content, face.c), u_position_));
+  if (c.nearness == kDummyNearness) return height > 0 ? 7 : 6;
+  const double whole = dot(normal, c.from_u);
   if (!(height > 0)) return 0;
   return 1 + count_not_below(height, whole, {0.1, 0.3, 0.6, 1.2});
 }
@@ -503,14 +541,14 @@ inline std::uint32_t RecordCodec::height_class(const Content& content, const Gro
 // The rim is one cycle: once it has passed both ways through a corner of the face, the face cannot be of it.
 template <class Coder>
 bool RecordCodec::code_growth(Coder& coder, const Content& content, const GrowthFace& face, bool joins) {
-  const std::uint32_t a = nearness(content, face.a), b = nearness(content, face.b);
-  Mark& at_a = mark_of(face.a);
-  Mark& at_b = mark_of(face.b);
-  const bool rim_is_full = at_a.rim >= 2 || at_b.rim >= 2;
+  const std::uint32_t a = near(content, face.a), b = near(content, face.b);
+  const bool rim_is_full = near_[a].rim >= 2 || near_[b].rim >= 2;
+  const std::uint32_t height = rim_is_full ? 0 : height_class(content, face, a, b);
+  NearVertex& at_a = near_[a];
+  NearVertex& at_b = near_[b];
   const std::uint32_t rim = rim_is_full ? 3 : at_a.rim + at_b.rim;
-  const std::uint32_t height = rim_is_full ? 0 : height_class(content, face);
-  const std::uint32_t context = schema_.growth + ((height * 8 + std::max(a, b)) * 8 + std::min(a, b)) * 4 + rim;
-  const bool coded = coder.bit(context, joins);
+  const std::uint32_t greater = std::max(at_a.nearness, at_b.nearness), lesser = std::min(at_a.nearness, at_b.nearness);
+  const bool coded = coder.bit(schema_.growth + ((height * 8 + greater) * 8 + lesser) * 4 + rim, joins);
   if (!coded) {
     at_a.rim = static_cast<std::uint8_t>(std::min(at_a.rim + 1, 2));
     at_b.rim = static_cast<std::uint8_t>(std::min(at_b.rim + 1, 2));
@@ -518,54 +556,89 @@ bool RecordCodec::code_growth(Coder& coder, const Content& content, const Growth
   return coded;
 }
 
-// The vertices around v, in the order in which F(r) names them, with the inverse of the squared distance as weight.
-inline void RecordCodec::weigh_link(const Content& content, RecordId r) {
+// The vertices around v, in the order in which F(r) names them, with the inverse of the squared distance as weight. u
+// comes last: only tets of the rim have it.
+inline void RecordCodec::weigh_link(const Content& content) {
   link_.clear();
   at_boundary_ = false;
   star_least_ = star_greatest_ = v_position_;
-  const std::uint32_t first = content.refinement.first_fine(r).index();
-  for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t) {
-    const Tet& tet = content.refinement.vertices(VersionId{t});
-    for (std::size_t corner = 1; corner < 4; ++corner) {
-      if (tet[corner] == kDummyVertex) {
-        at_boundary_ = true;
-        continue;
-      }
-      Mark& mark = mark_of(tet[corner]);
-      if (mark.in_link) continue;
-      mark.in_link = true;
-      const Point at = position(content, tet[corner]);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        star_least_[axis] = std::min(star_least_[axis], at[axis]);
-        star_greatest_[axis] = std::max(star_greatest_[axis], at[axis]);
-      }
-      const Point away = minus(at, v_position_);
-      const double distance_sq = dot(away, away);
-      link_.push_back({tet[corner].index(), distance_sq > 0 ? 1 / distance_sq : 0});
+  const auto add = [&](VertexId v) {
+    const NearVertex& vertex = near_[near(content, v)];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      star_least_[axis] = std::min(star_least_[axis], vertex.at[axis]);
+      star_greatest_[axis] = std::max(star_greatest_[axis], vertex.at[axis]);
     }
+    link_.push_back({v.index(), vertex.v_distance_sq > 0 ? 1 / vertex.v_distance_sq : 0});
+  };
+  for (const VertexId v : content.refinement.last_link()) {
+    if (v == kDummyVertex)
+      at_boundary_ = true;
+    else
+      add(v);
+  }
+  add(target_);
+}
+
+// The weighted mean around v, and the mean distance from it with the same weights, of some columns together: their sums
+// do not wait for one another.
+inline void RecordCodec::predict(const Content& content, const std::vector<Columns>& group) {
+  near_values_.resize(link_.size());
+  bool all_finite = true;
+  std::size_t columns = 0;
+  for (const Columns& of : group) {
+    const PointArray& array = content.arrays[of.array];
+    dispatch(array.type, [&]<class T>(T) {
+      const std::byte* const first = array.bytes.data() + of.first_component * sizeof(T);
+      const std::size_t row_bytes = array.components * sizeof(T);
+      for (std::size_t i = 0; i < link_.size(); ++i) {
+        const std::byte* const row = first + link_[i].vertex * row_bytes;
+        for (std::size_t c = 0; c < of.components; ++c) {
+          const auto value = static_cast<double>(load<T>(row + c * sizeof(T)));
+          near_values_[i][columns + c] = value;
+          all_finite &= std::isfinite(value);
+        }
+      }
+    });
+    columns += of.components;
+  }
+  if (!all_finite) {
+    for (std::size_t column = 0; column < columns; ++column)
+      predictions_[column] = predict_finite(column);
+    return;
+  }
+  double weights = 0;
+  for (const LinkVertex& vertex : link_)
+    weights += vertex.weight;
+  predictions_.fill({0, 0});
+  if (!(weights > 0)) return;
+  constexpr std::size_t kTogether = 4; // behind `columns` stand numbers of no matter
+  for (std::size_t first = 0; first < columns; first += kTogether) {
+    std::array<double, kTogether> sums{}, means{}, apart{};
+    for (std::size_t i = 0; i < link_.size(); ++i)
+      for (std::size_t c = 0; c < kTogether; ++c)
+        sums[c] += link_[i].weight * near_values_[i][first + c];
+    for (std::size_t c = 0; c < kTogether; ++c)
+      means[c] = sums[c] / weights;
+    for (std::size_t i = 0; i < link_.size(); ++i)
+      for (std::size_t c = 0; c < kTogether; ++c)
+        apart[c] += link_[i].weight * std::fabs(near_values_[i][first + c] - means[c]);
+    for (std::size_t c = 0; c < kTogether; ++c)
+      predictions_[first + c] = {means[c], apart[c] / weights};
   }
 }
 
-// The weighted mean around v, and the mean distance from it with the same weights. What is not finite does not count.
-inline RecordCodec::Prediction RecordCodec::predict(const PointArray& array, std::uint32_t component) {
-  near_values_.resize(link_.size());
-  dispatch(array.type, [&]<class T>(T) {
-    const std::byte* first = array.bytes.data() + component * sizeof(T);
-    const std::size_t row_bytes = array.components * sizeof(T);
-    for (std::size_t i = 0; i < link_.size(); ++i) {
-      near_values_[i] = static_cast<double>(load<T>(first + link_[i].vertex * row_bytes));
-    }
-  });
+// What is not finite does not count.
+inline RecordCodec::Prediction RecordCodec::predict_finite(std::size_t column) const {
   double sum = 0, weights = 0, apart = 0;
   for (std::size_t i = 0; i < link_.size(); ++i) {
-    if (!std::isfinite(near_values_[i])) continue;
-    sum += link_[i].weight * near_values_[i];
+    if (!std::isfinite(near_values_[i][column])) continue;
+    sum += link_[i].weight * near_values_[i][column];
     weights += link_[i].weight;
   }
   if (!(weights > 0)) return {0, 0};
   const double mean = sum / weights;
   for (std::size_t i = 0; i < link_.size(); ++i) {
-    if (std::isfinite(near_values_[i])) apart += link_[i].weight * std::fabs(near_values_[i] - mean);
+    if (std::isfinite(near_values_[i][column])) apart += link_[i].weight * std::fabs(near_values_[i][column] - mean);
   }
   return {mean, apart / weights};
 }
@@ -574,16 +647,18 @@ template <class Coder>
 void RecordCodec::code_arrays(Coder& coder, Content& content, RecordId r) {
   const std::size_t row = content.refinement.vertex_of(r).index();
   missed_.assign(schema_.governing.size(), 0);
-  std::size_t field = 0;
+  std::size_t field = 0, column_number = 0;
   for (std::size_t i = 0; i < schema_.arrays.size(); ++i) {
     PointArray& array = content.arrays[i];
     const bool governing = field < schema_.governing.size() && schema_.governing[field] == i;
     double missed = 0;
     for (std::uint32_t c = 0; c < array.components; ++c) {
-      const auto [predicted, spread] = predict(array, c);
+      const std::size_t in_group = column_number++ % kColumnsAtOnce;
+      if (in_group == 0) predict(content, groups_[column_number / kColumnsAtOnce]);
+      const auto [predicted, spread] = predictions_[in_group];
       const Column& column = schema_.arrays[i][c];
       std::byte* at = scalar_at(array, column, row, c);
-      store_rank(column.type, code_scalar(coder, column, predicted, spread, load_rank(column.type, at), r), at);
+      store_rank(column.type, code_scalar(coder, column, predicted, spread, known_rank<Coder>(column, at), r), at);
       if (governing) missed = std::max(missed, std::fabs(array.value(row, c) - predicted));
     }
     if (governing) {

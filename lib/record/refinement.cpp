@@ -174,6 +174,7 @@ void Refinement::finish_split(RecordId r, VertexId target, std::span<const Recor
   replace_region(r);
   order_rim(r);
   add_rim(r, target);
+  pack_link(r);
   target_[r.index()] = target;
   ++applied_count_;
 }
@@ -183,17 +184,19 @@ void Refinement::finish_split(RecordId r, VertexId target, std::span<const Recor
 void Refinement::measure_region(RecordId r) {
   const std::uint32_t current = applied_count_ + 1;
   rim_.clear();
-  std::size_t link_vertices = 0, real = 0, added = 0;
+  link_.clear();
+  std::size_t real = 0, added = 0;
   for (const RegionTet& tet : region_) {
     const Live& live = live_[tet.place];
     const Tet& corners = versions_[live.version];
     const bool ghost = is_ghost(VersionId{live.version});
     real += ghost ? 0 : 1;
+    for (std::uint32_t modified_corner = 1; modified_corner < 4; ++modified_corner) {
+      const VertexId v = corners[tet.u_corner ^ modified_corner];
+      if (std::exchange(mark_of(v).in_link, current) != current) link_.push_back(v);
+    }
     for (std::uint32_t corner = 0; corner < 4; ++corner) {
       if (corner == tet.u_corner) continue;
-      VertexMark& mark = mark_of(corners[corner]);
-      link_vertices += mark.in_link == current ? 0 : 1;
-      mark.in_link = current;
       const std::uint32_t behind = live.neighbour[corner];
       if (behind != kNone && live_[behind].split == current) continue;
       rim_.push_back({tet.place, corner ^ tet.u_corner, 0});
@@ -201,7 +204,7 @@ void Refinement::measure_region(RecordId r) {
     }
   }
   // V - E + F = 1, with 2 E = 3 F + rim.
-  if (rim_.size() < 3 || 2 * link_vertices != region_.size() + rim_.size() + 2)
+  if (rim_.size() < 3 || 2 * link_.size() != region_.size() + rim_.size() + 2)
     fail(r, "the region of its vertex is no disk");
   fine_tet_count_[r.index()] = static_cast<std::uint16_t>(real + added);
   added_tet_count_[r.index()] = static_cast<std::uint16_t>(added);
@@ -278,6 +281,32 @@ void Refinement::order_rim(RecordId r) {
   if (at != 0 || rank != rim_.size()) fail(r, "the rim of its region falls apart");
 }
 
+// As link_triangle() is to find it once all is settled, now that it is at hand.
+void Refinement::pack_link(RecordId r) {
+  const Tet* const modified = versions_.data() + first_fine_[r.index()];
+  if (link_.size() > (1U << kLinkBits)) {
+    auto& wide = wide_triangles_.emplace_back(r.index(), std::vector<VertexId>{}).second;
+    for (std::size_t k = 0; k < region_.size(); ++k)
+      wide.insert(wide.end(), modified[k].begin() + 1, modified[k].end());
+    triangles_.resize(triangles_.size() + region_.size(), kWide);
+    return;
+  }
+  const std::uint32_t current = applied_count_ + 1;
+  std::uint32_t next = 0;
+  for (std::size_t i = rim_begin_[r.index()]; i < rim_vertices_.size(); ++i)
+    mark_of(rim_vertices_[i]).value = next++;
+  for (const VertexId v : link_) {
+    VertexMark& mark = mark_of(v);
+    if (mark.in_rim == current) continue;
+    mark.value = next++;
+    rim_vertices_.push_back(v);
+  }
+  for (std::size_t k = 0; k < region_.size(); ++k) {
+    const auto number = [&](std::size_t corner) { return mark_of(modified[k][corner]).value; };
+    triangles_.push_back(static_cast<std::uint16_t>(number(1) | number(2) << kLinkBits | number(3) << (2 * kLinkBits)));
+  }
+}
+
 // One tet (v, u, a, b) for each rim face. Around the edge (u, v) they stand as in the rim.
 void Refinement::add_rim(RecordId r, VertexId target) {
   const auto count = static_cast<std::uint32_t>(rim_.size());
@@ -323,49 +352,38 @@ void drop(std::vector<T>& values) {
 
 void Refinement::settle() {
   if (is_settled_ || applied_count_ != record_count()) return;
-  settle_links(); // looks at versions
   drop(state_);
   versions_.resize(base_version_count_);
   fit(versions_);
+  settle_links();
   settle_places();
   settle_parents();
   drop(first_fine_);
   drop(marks_);
   drop(region_);
   drop(rim_);
+  drop(link_);
   is_settled_ = true;
 }
 
 void Refinement::settle_links() {
-  std::vector<VertexId> vertices, wide, link;
-  vertices.reserve(rim_vertices_.size() + modified_.size() / 3);
-  triangles_.reserve(modified_.size());
+  std::vector<VertexId> vertices;
+  std::vector<std::uint16_t> triangles;
+  vertices.reserve(rim_vertices_.size());
+  triangles.reserve(triangles_.size());
   for (std::uint32_t r = 0; r < record_count(); ++r) {
-    const auto ring = rim(RecordId{r});
-    link.assign(ring.begin(), ring.end());
-    wide.clear();
-    const std::size_t first = triangles_.size();
-    for (std::uint32_t k = 0; k < modified(RecordId{r}).size(); ++k) {
-      const Tet& tet = versions_[first_fine_[r] + k];
-      std::uint32_t packed = 0;
-      for (std::uint32_t corner = 1; corner < 4; ++corner) {
-        const auto at = std::find(link.begin(), link.end(), tet[corner]);
-        packed |= static_cast<std::uint32_t>(at - link.begin()) << (kLinkBits * (corner - 1));
-        if (at == link.end()) link.push_back(tet[corner]);
-        wide.push_back(tet[corner]);
-      }
-      triangles_.push_back(static_cast<std::uint16_t>(packed));
-    }
-    if (link.size() > (1U << kLinkBits)) {
-      std::fill(triangles_.begin() + static_cast<std::ptrdiff_t>(first), triangles_.end(), kWide);
-      wide_triangles_.emplace_back(r, wide);
-      link.resize(ring.size());
-    }
-    rim_begin_[r] = static_cast<std::uint32_t>(vertices.size()); // of the new table; the old one is read no more
-    vertices.insert(vertices.end(), link.begin(), link.end());
+    const auto first = triangles_.begin() + modified_begin_[r];
+    triangles.insert(triangles.end(), first, first + static_cast<std::ptrdiff_t>(modified(RecordId{r}).size()));
+    // Of a disk, see measure_region().
+    const std::size_t link_vertices = (fine_count_[r] + std::size_t{2}) / 2;
+    const bool is_wide = link_vertices > (1U << kLinkBits);
+    const auto link = rim_vertices_.begin() + std::exchange(rim_begin_[r], static_cast<std::uint32_t>(vertices.size()));
+    vertices.insert(vertices.end(), link,
+                    link + static_cast<std::ptrdiff_t>(is_wide ? rim_vertex_count_[r] : link_vertices));
   }
   rim_vertices_ = std::move(vertices);
-  fit(rim_vertices_);
+  triangles_ = std::move(triangles);
+  std::sort(wide_triangles_.begin(), wide_triangles_.end());
 }
 
 // Near records, which have near numbers, then have near places: a mesh that is refined in the order of the records

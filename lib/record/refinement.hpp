@@ -146,6 +146,12 @@ public:
   /// What of C(r) is of the base.
   [[nodiscard]] VersionKinds base_kinds(RecordId r) const { return base_kinds_[r.index()]; }
 
+  /// Its row of the scratch is wanted soon: it lies anywhere in memory.
+  void prefetch(VertexId v) const { __builtin_prefetch(&marks_[v.index()]); }
+  /// The vertices of the link triangles of the record split last, each once, in the order in which F(r) names them;
+  /// kDummyVertex may be one.
+  [[nodiscard]] std::span<const VertexId> last_link() const { return link_; }
+
   // What split(r) does, see Place; r applied.
   [[nodiscard]] std::uint32_t place_count() const {
     return is_settled_ ? settled_place_count_ : static_cast<std::uint32_t>(live_.size());
@@ -229,6 +235,7 @@ private:
   void replace_region(RecordId r);
   void order_rim(RecordId r);
   void add_rim(RecordId r, VertexId target);
+  void pack_link(RecordId r);
   void join_region(std::uint32_t place);
   void close_boundary();
   [[nodiscard]] std::array<VertexId, 3> wide_triangle(RecordId r, std::size_t k) const;
@@ -259,17 +266,17 @@ private:
   std::vector<std::uint32_t> modified_begin_, rim_begin_, rim_place_;
   std::vector<std::uint16_t> rim_vertex_count_;
   std::vector<Place> modified_;
-  /// When settled the other vertices of link triangles follow those of the rim.
+  /// The other vertices of link triangles follow those of the rim.
   std::vector<VertexId> rim_vertices_;
 
-  // When settled. Link triangles beside modified_: numbers among the link's vertices, of kLinkBits bits each. Where
-  // the link has more vertices than that can tell, wide_triangles_ has them one by one.
+  // Link triangles beside modified_: numbers among the link's vertices, of kLinkBits bits each. Where the link has more
+  // vertices than that can tell, wide_triangles_ has them one by one.
   static constexpr std::uint32_t kLinkBits = 5;
   static constexpr std::uint16_t kWide = 0xFFFF;
   bool is_settled_ = false;
   std::uint32_t settled_place_count_ = 0;
   std::vector<std::uint16_t> triangles_;
-  std::vector<std::pair<std::uint32_t, std::vector<VertexId>>> wide_triangles_; ///< by record, ascending
+  std::vector<std::pair<std::uint32_t, std::vector<VertexId>>> wide_triangles_; ///< by record; when settled, ascending
 
   // By version. State: its place in live_ while it is present, kReplaced | creator afterwards.
   std::vector<Tet> versions_;
@@ -279,6 +286,7 @@ private:
   std::vector<VertexMark> marks_; ///< one row a vertex, the last is the dummy's
   std::vector<RegionTet> region_;
   std::vector<RimFace> rim_;
+  std::vector<VertexId> link_;
 };
 
 inline GrowthFace Refinement::growth_face(const Tet& tet, std::uint32_t u_corner, std::uint32_t opposite) {
