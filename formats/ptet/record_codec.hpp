@@ -583,28 +583,19 @@ inline void RecordCodec::weigh_link(const Content& content) {
 // do not wait for one another.
 inline void RecordCodec::predict(const Content& content, const std::vector<Columns>& group) {
   near_values_.resize(link_.size());
-  bool all_finite = true;
   std::size_t columns = 0;
   for (const Columns& of : group) {
     const PointArray& array = content.arrays[of.array];
     dispatch(array.type, [&]<class T>(T) {
       const std::byte* const first = array.bytes.data() + of.first_component * sizeof(T);
       const std::size_t row_bytes = array.components * sizeof(T);
-      for (std::size_t i = 0; i < link_.size(); ++i) {
-        const std::byte* const row = first + link_[i].vertex * row_bytes;
-        for (std::size_t c = 0; c < of.components; ++c) {
-          const auto value = static_cast<double>(load<T>(row + c * sizeof(T)));
-          near_values_[i][columns + c] = value;
-          all_finite &= std::isfinite(value);
+      for (std::size_t c = 0; c < of.components; ++c)
+        for (std::size_t i = 0; i < link_.size(); ++i) {
+          near_values_[i][columns + c] =
+              static_cast<double>(load<T>(first + link_[i].vertex * row_bytes + c * sizeof(T)));
         }
-      }
     });
     columns += of.components;
-  }
-  if (!all_finite) {
-    for (std::size_t column = 0; column < columns; ++column)
-      predictions_[column] = predict_finite(column);
-    return;
   }
   double weights = 0;
   for (const LinkVertex& vertex : link_)
@@ -622,8 +613,11 @@ inline void RecordCodec::predict(const Content& content, const std::vector<Colum
     for (std::size_t i = 0; i < link_.size(); ++i)
       for (std::size_t c = 0; c < kTogether; ++c)
         apart[c] += link_[i].weight * std::fabs(near_values_[i][first + c] - means[c]);
-    for (std::size_t c = 0; c < kTogether; ++c)
-      predictions_[first + c] = {means[c], apart[c] / weights};
+    for (std::size_t c = 0; c < kTogether; ++c) {
+      // A sum of terms one of which is not finite is not finite.
+      predictions_[first + c] =
+          std::isfinite(sums[c]) ? Prediction{means[c], apart[c] / weights} : predict_finite(first + c);
+    }
   }
 }
 

@@ -183,9 +183,10 @@ void Refinement::finish_split(RecordId r, VertexId target, std::span<const Recor
 // the rim is one cycle shows when its tets are joined.
 void Refinement::measure_region(RecordId r) {
   const std::uint32_t current = applied_count_ + 1;
-  rim_.clear();
-  link_.clear();
-  std::size_t real = 0, added = 0;
+  // Whether a face is of the rim or a vertex is new is as good as chance, so both are written down and then counted.
+  rim_.resize(3 * region_.size());
+  link_.resize(3 * region_.size());
+  std::size_t rim_faces = 0, link_vertices = 0, real = 0, added = 0;
   for (const RegionTet& tet : region_) {
     const Live& live = live_[tet.place];
     const Tet& corners = versions_[live.version];
@@ -193,16 +194,20 @@ void Refinement::measure_region(RecordId r) {
     real += ghost ? 0 : 1;
     for (std::uint32_t modified_corner = 1; modified_corner < 4; ++modified_corner) {
       const VertexId v = corners[tet.u_corner ^ modified_corner];
-      if (std::exchange(mark_of(v).in_link, current) != current) link_.push_back(v);
+      link_[link_vertices] = v;
+      link_vertices += std::exchange(mark_of(v).in_link, current) != current ? 1 : 0;
     }
-    for (std::uint32_t corner = 0; corner < 4; ++corner) {
-      if (corner == tet.u_corner) continue;
+    for (std::uint32_t other = 0; other < 3; ++other) {
+      const std::uint32_t corner = other + (other < tet.u_corner ? 0 : 1);
       const std::uint32_t behind = live.neighbour[corner];
-      if (behind != kNone && live_[behind].split == current) continue;
-      rim_.push_back({tet.place, corner ^ tet.u_corner, 0});
-      added += ghost && corners[corner] != kDummyVertex ? 0 : 1;
+      const std::size_t is_rim = behind == kNone || live_[behind].split != current ? 1 : 0;
+      rim_[rim_faces] = {tet.place, corner ^ tet.u_corner, 0};
+      rim_faces += is_rim;
+      added += is_rim & (!ghost || corners[corner] == kDummyVertex ? 1U : 0U);
     }
   }
+  rim_.resize(rim_faces);
+  link_.resize(link_vertices);
   // V - E + F = 1, with 2 E = 3 F + rim.
   if (rim_.size() < 3 || 2 * link_.size() != region_.size() + rim_.size() + 2)
     fail(r, "the region of its vertex is no disk");
