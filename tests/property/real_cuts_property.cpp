@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iostream>
 #include <random>
 #include <sstream>
 #include <unordered_map>
@@ -196,8 +197,41 @@ TEST_CASE("random cuts of real meshes") {
   }
 }
 
+namespace {
+
+/// Stands for a face, three vertices in any order; of opposite sign for the two orientations.
+std::uint64_t token_of(const test::Face& face) {
+  test::Face key = face;
+  std::sort(key.begin(), key.end());
+  std::uint64_t hash = 0x9E3779B97F4A7C15;
+  for (const VertexId v : key) {
+    hash = (hash ^ v.index()) * 0xFF51AFD7ED558CCD;
+    hash ^= hash >> 29;
+  }
+  const bool is_turned = test::turned(face) != key;
+  return is_turned ? 0 - hash : hash;
+}
+
+/// Whether the faces of the tets cancel one another but for the boundary that is stated, whatever else: all positively
+/// oriented, they cover what it encloses once.
+bool is_closed_up(const Extraction& cut) {
+  std::uint64_t sum = 0;
+  bool is_oriented = true;
+  for (const Tet& t : cut.mesh.tets) {
+    sum += token_of({t[1], t[2], t[3]}) + token_of({t[0], t[3], t[2]}) + token_of({t[0], t[1], t[3]}) +
+           token_of({t[0], t[2], t[1]});
+    is_oriented &= test::orientation(cut.mesh.position(t[0]), cut.mesh.position(t[1]), cut.mesh.position(t[2]),
+                                     cut.mesh.position(t[3])) > 0;
+  }
+  for (const test::Face& face : cut.boundary_faces)
+    sum -= token_of(face);
+  return is_oriented && sum == 0;
+}
+
+} // namespace
+
 // PTET_SESSION_REQUESTS sets the number of requests for each mesh, PTET_SESSION_MESHES (names without .vtu, separated
-// by blanks) which meshes.
+// by blanks) which meshes; then every thousandth request is told.
 TEST_CASE("a session goes through random requests of real meshes") {
   const char* const wanted = std::getenv("PTET_SESSION_REQUESTS");
   const int requests = wanted != nullptr ? std::atoi(wanted) : 30;
@@ -227,6 +261,9 @@ TEST_CASE("a session goes through random requests of real meshes") {
       REQUIRE(test::difference(session, update, fresh) == "");
       copy.follow(session, update);
       REQUIRE(copy.difference(session) == "");
+      REQUIRE(is_closed_up(fresh));
+      if (i % 1000 == 999) std::cerr << name << ": " << i + 1 << " requests\n";
+      if (i % 10 != 0) continue;
       const test::MeshFacts facts = test::examine(fresh.mesh);
       REQUIRE(facts.inverted_tets + facts.repeated_tets + facts.crowded_faces + facts.folded_faces == 0);
     }

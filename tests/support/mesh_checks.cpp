@@ -1,9 +1,9 @@
 #include "support/mesh_checks.hpp"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
-#include <set>
+#include <tuple>
+#include <utility>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
@@ -21,6 +21,20 @@ Point minus(const Point& a, const Point& b) {
 /// The four faces of a positively oriented tet, seen from outside.
 std::array<Face, 4> outward_faces(const Tet& t) {
   return {{{t[1], t[2], t[3]}, {t[0], t[3], t[2]}, {t[0], t[1], t[3]}, {t[0], t[2], t[1]}}};
+}
+
+/// A face as one of its tets has it.
+struct Side {
+  Face key; ///< ascending
+  std::size_t tet;
+  Face outward; ///< turned
+  friend bool operator<(const Side& a, const Side& b) { return std::tie(a.key, a.tet) < std::tie(b.key, b.tet); }
+};
+
+template <class T>
+std::size_t distinct(std::vector<T> values) {
+  std::sort(values.begin(), values.end());
+  return static_cast<std::size_t>(std::unique(values.begin(), values.end()) - values.begin());
 }
 
 } // namespace
@@ -57,23 +71,25 @@ double enclosed_volume(const TetMesh& mesh, const std::vector<Face>& faces) {
 
 MeshFacts examine(const TetMesh& mesh) {
   MeshFacts facts;
-  std::map<Face, std::vector<std::pair<std::size_t, Face>>> faces; // by sorted vertices
-  std::set<Tet> names;
+  std::vector<Side> sides;
+  std::vector<Tet> names;
+  sides.reserve(4 * mesh.tets.size());
+  names.reserve(mesh.tets.size());
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     const Tet& tet = mesh.tets[t];
     const Point a = mesh.position(tet[0]), b = mesh.position(tet[1]), c = mesh.position(tet[2]),
                 d = mesh.position(tet[3]);
     facts.inverted_tets += orientation(a, b, c, d) > 0 ? 0 : 1;
     facts.volume += determinant(minus(b, a), minus(c, a), minus(d, a)) / 6;
-    Tet name = tet;
-    std::sort(name.begin(), name.end());
-    facts.repeated_tets += names.insert(name).second ? 0 : 1;
+    names.push_back(tet);
+    std::sort(names.back().begin(), names.back().end());
     for (const Face& face : outward_faces(tet)) {
-      Face key = face;
-      std::sort(key.begin(), key.end());
-      faces[key].emplace_back(t, turned(face));
+      sides.push_back({face, t, turned(face)});
+      std::sort(sides.back().key.begin(), sides.back().key.end());
     }
   }
+  facts.repeated_tets = names.size() - distinct(names);
+  std::sort(sides.begin(), sides.end());
 
   std::vector<std::size_t> root(mesh.tets.size());
   std::iota(root.begin(), root.end(), std::size_t{0});
@@ -83,23 +99,24 @@ MeshFacts examine(const TetMesh& mesh) {
     return t;
   };
   facts.components = mesh.tets.size();
-  std::set<VertexId> boundary_vertices;
-  std::set<std::pair<VertexId, VertexId>> boundary_edges;
-  for (const auto& [key, sides] : faces) {
-    facts.crowded_faces += sides.size() > 2 ? 1 : 0;
-    for (std::size_t i = 1; i < sides.size(); ++i) {
-      const std::size_t x = find_root(sides[0].first), y = find_root(sides[i].first);
+  std::vector<VertexId> boundary_vertices;
+  std::vector<std::pair<VertexId, VertexId>> boundary_edges;
+  for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
+    const auto& key = sides[first].key;
+    for (last = first + 1; last < sides.size() && sides[last].key == key; ++last) {
+      const std::size_t x = find_root(sides[first].tet), y = find_root(sides[last].tet);
       facts.components -= x != y ? 1 : 0;
       root[x] = y;
-      facts.folded_faces += sides[i].second == sides[0].second ? 1 : 0;
+      facts.folded_faces += sides[last].outward == sides[first].outward ? 1 : 0;
     }
-    if (sides.size() != 1) continue;
-    facts.boundary.push_back(sides[0].second);
-    boundary_vertices.insert(key.begin(), key.end());
-    boundary_edges.insert({{key[0], key[1]}, {key[0], key[2]}, {key[1], key[2]}});
+    facts.crowded_faces += last - first > 2 ? 1 : 0;
+    if (last - first != 1) continue;
+    facts.boundary.push_back(sides[first].outward);
+    boundary_vertices.insert(boundary_vertices.end(), key.begin(), key.end());
+    boundary_edges.insert(boundary_edges.end(), {{key[0], key[1]}, {key[0], key[2]}, {key[1], key[2]}});
   }
-  facts.boundary_euler_characteristic = static_cast<std::int64_t>(boundary_vertices.size()) -
-                                        static_cast<std::int64_t>(boundary_edges.size()) +
+  facts.boundary_euler_characteristic = static_cast<std::int64_t>(distinct(boundary_vertices)) -
+                                        static_cast<std::int64_t>(distinct(boundary_edges)) +
                                         static_cast<std::int64_t>(facts.boundary.size());
   std::sort(facts.boundary.begin(), facts.boundary.end());
   return facts;
