@@ -46,7 +46,7 @@ void BoundaryTets::look_at_all(const MeshRows& mesh) {
   }
   for (std::uint32_t t = 0; is_any && t < mesh.tets.size(); ++t) {
     const auto& tet = mesh.tets[t];
-    if (tet[0] == kUnusedRow) continue;
+    if (tet[0] == kUnusedRow || (is_sought_[tet[0]] | is_sought_[tet[1]]) == 0) continue; // nearly all end here
     if (is_sought_[tet[0]] + is_sought_[tet[1]] + is_sought_[tet[2]] + is_sought_[tet[3]] >= 3) look_behind(t, tet);
   }
 }

@@ -65,7 +65,7 @@ void Geometry::emit_by_tet(const MeshRows& mesh, std::span<const Face> wanted, I
   std::sort(wanted_.begin(), wanted_.end());
   for (std::uint32_t t = 0; t < mesh.tets.size(); ++t) {
     const auto& tet = mesh.tets[t];
-    if (tet[0] == kUnusedRow) continue;
+    if (tet[0] == kUnusedRow || (on_wanted_[tet[0]] | on_wanted_[tet[1]]) == 0) continue; // nearly all end here
     if (on_wanted_[tet[0]] + on_wanted_[tet[1]] + on_wanted_[tet[2]] + on_wanted_[tet[3]] < 3 || !is_kept(tet))
       continue;
     for (std::size_t corner = 0; corner < 4; ++corner) {

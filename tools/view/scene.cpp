@@ -161,15 +161,33 @@ void Scene::colour_tets(const Settings& settings, std::span<const std::uint32_t>
   };
   if (tet_values_.empty() || last_->colour.kind != settings.colour.kind) {
     tet_values_ = values_of(made_by);
+    find_most();
     return;
   }
   makers_.clear();
   for (const std::uint32_t slot : changed)
     makers_.push_back(made_by[slot]);
   values_ = values_of(makers_);
+  const bool is_cut_off = made_by.size() < tet_values_.size();
   tet_values_.resize(made_by.size());
-  for (std::size_t i = 0; i < changed.size(); ++i)
-    tet_values_[changed[i]] = values_[i];
+  if (is_cut_off) find_most();
+  bool is_above = false;
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    double& value = tet_values_[changed[i]];
+    if (value == most_) --most_count_;
+    value = values_[i];
+    if (value == most_) ++most_count_;
+    is_above = is_above || value > most_;
+  }
+  if (is_above || most_count_ == 0) find_most();
+}
+
+// A look at all, left out as long as one of the largest is still there.
+void Scene::find_most() {
+  most_ = 0;
+  for (const double value : tet_values_)
+    most_ = std::max(most_, value);
+  most_count_ = static_cast<std::size_t>(std::count(tet_values_.begin(), tet_values_.end(), most_));
 }
 
 void Scene::make_geometry(const Settings& settings, const Changes* changes) {
@@ -233,10 +251,7 @@ void Scene::set_range(const Settings& settings) {
     frame_.range = mesh_.range(0);
     return;
   }
-  frame_.range = {};
-  frame_.range.widen(0);
-  for (const double value : tet_values_)
-    frame_.range.widen(value);
+  frame_.range = {0, most_};
 }
 
 } // namespace ptet::view

@@ -110,6 +110,7 @@ public:
 private:
   [[nodiscard]] std::uint64_t bytes_read() const;
   void colour_tets(const Settings& settings, std::span<const std::uint32_t> changed);
+  void find_most();
   void make_geometry(const Settings& settings, const Changes* changes);
   void measure_distances(const Plane& plane, const Changes* changes);
   void describe(const SessionUpdate& update);
@@ -119,6 +120,8 @@ private:
   Session session_;
   ShownMesh mesh_;
   std::vector<double> tet_values_; ///< by tet slot; empty where the colour is a field's
+  double most_ = 0;                ///< of these
+  std::size_t most_count_ = 0;     ///< how many are as large
   std::vector<RecordId> makers_;   ///< scratch
   std::vector<double> values_;
   Geometry geometry_;
