@@ -13,7 +13,10 @@ namespace ptet::file {
 /// What decoding takes and the public face does not show.
 struct Reader::Decoding {
   Decoding(std::shared_ptr<ByteSource> source, const OpenOptions& options, Violations told)
-      : reader(std::move(source), options.max_gap), limits(options.limits), violations(std::move(told)) {}
+      : reader(std::move(source), options.max_gap), limits(options.limits), violations(std::move(told)) {
+    // What is within it must not wrap around where addresses have 32 bits.
+    limits.max_bytes = std::min<std::uint64_t>(limits.max_bytes, std::numeric_limits<std::size_t>::max() / 2);
+  }
 
   RangeReader reader;
   Limits limits;

@@ -18,9 +18,13 @@
 #include "mesh/scalar_dispatch.hpp"
 
 #include <bit>
+#include <cfloat>
 #include <cmath>
 
 namespace ptet::file {
+
+static_assert(FLT_EVAL_METHOD == 0 || FLT_EVAL_METHOD == 1,
+              "doubles have to be computed with as such (32-bit x86: -msse2 -mfpmath=sse)");
 
 [[noreturn]] inline void fail_record(RecordId r, const char* what) {
   throw Error(ErrorCode::kCorruptFile, "record " + std::to_string(r.index()) + " is corrupt: " + what);

@@ -85,6 +85,8 @@ RangeReader::RangeReader(std::shared_ptr<ByteSource> source, std::uint64_t max_g
 std::vector<std::byte> RangeReader::read(ByteRange range) {
   if (range.offset > size_ || range.count > size_ - range.offset)
     throw Error(ErrorCode::kCorruptFile, "the file is corrupt: it ends within a part of it", size_);
+  if (range.count > std::vector<std::byte>().max_size()) // where memory has 32-bit addresses
+    throw Error(ErrorCode::kLimit, "a part of the file does not fit into memory", range.offset);
   std::vector<std::byte> bytes(range.count);
   ++requests_;
   try {
