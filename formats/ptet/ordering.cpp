@@ -26,30 +26,6 @@ std::uint64_t spread(std::uint64_t x) {
   return x;
 }
 
-std::vector<std::uint64_t> morton_codes(const TetMesh& mesh) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  Point least{kInf, kInf, kInf}, greatest{-kInf, -kInf, -kInf};
-  const auto count = static_cast<std::uint32_t>(mesh.vertex_count());
-  for (std::uint32_t v = 0; v < count; ++v) {
-    const Point at = mesh.position(VertexId{v});
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      least[axis] = std::min(least[axis], at[axis]);
-      greatest[axis] = std::max(greatest[axis], at[axis]);
-    }
-  }
-  const double size = std::max({greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]});
-  std::vector<std::uint64_t> codes(count);
-  for (std::uint32_t v = 0; v < count; ++v) {
-    const Point at = mesh.position(VertexId{v});
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double fraction = (at[axis] - least[axis]) / size;
-      const auto cell = fraction > 0 ? static_cast<std::uint64_t>(std::min(fraction, 1.0) * 0x1FFFFF) : 0;
-      codes[v] |= spread(cell) << axis;
-    }
-  }
-  return codes;
-}
-
 void order_base(const RecordStream& records, const std::vector<std::uint64_t>& codes, FileOrder& order) {
   std::vector<char> removed(codes.size()), used(codes.size());
   for (const VertexId v : records.removed)
@@ -150,6 +126,29 @@ std::size_t number_levels(const RecordStream& records, const std::vector<std::ui
 
 } // namespace
 
+std::vector<std::uint64_t> morton_codes(const PointArray& positions) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  Point least{kInf, kInf, kInf}, greatest{-kInf, -kInf, -kInf};
+  const std::size_t count = positions.size();
+  for (std::size_t v = 0; v < count; ++v) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const double x = positions.value(v, axis);
+      least[axis] = std::min(least[axis], x);
+      greatest[axis] = std::max(greatest[axis], x);
+    }
+  }
+  const double size = std::max({greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]});
+  std::vector<std::uint64_t> codes(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const double fraction = (positions.value(v, axis) - least[axis]) / size;
+      const auto cell = fraction > 0 ? static_cast<std::uint64_t>(std::min(fraction, 1.0) * 0x1FFFFF) : 0;
+      codes[v] |= spread(cell) << axis;
+    }
+  }
+  return codes;
+}
+
 std::vector<std::uint32_t> find_consumers(const RecordStream& records) {
   std::vector<std::uint32_t> consumers(records.versions.size(), RecordId::kNone);
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -162,7 +161,7 @@ std::vector<std::uint32_t> find_consumers(const RecordStream& records) {
 FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std::vector<std::uint32_t>& consumers,
                      std::uint32_t records_per_block) {
   FileOrder order;
-  const auto codes = morton_codes(mesh);
+  const auto codes = morton_codes(mesh.positions);
   order_base(records, codes, order);
   const auto generation = generations_of(records, consumers);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };

@@ -25,6 +25,10 @@ struct FileOrder {
   std::vector<BlockRange> blocks;
 };
 
+/// Places of vertices along a Morton curve through the cube that begins where the box of them all does, as PTET.md
+/// says it ("In a block"). `positions`: n x 3; what is not finite is in the first or last cell.
+[[nodiscard]] std::vector<std::uint64_t> morton_codes(const PointArray& positions);
+
 /// For each version of the stream the record that consumed it; RecordId::kNone for those of the base.
 [[nodiscard]] std::vector<std::uint32_t> find_consumers(const RecordStream& records);
 

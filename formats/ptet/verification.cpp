@@ -1,6 +1,7 @@
 #include "formats/ptet/verification.hpp"
 
 #include "formats/ptet/layout.hpp"
+#include "formats/ptet/ordering.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
 
@@ -246,6 +247,21 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
       wrong(r, "its monotone domain error is greater than its own and those of all that depend on it");
 }
 
+/// Told once for a block: where one record is out of place, others are.
+void check_order(const Verified& verified, Teller& tell) {
+  const Content& content = *verified.content;
+  const auto codes = morton_codes(content.positions);
+  const auto code_of = [&](std::uint32_t r) { return codes[content.refinement.vertex_of(RecordId{r}).index()]; };
+  for (const std::uint32_t b : verified.decoded) {
+    const BlockInfo& block = verified.reader->blocks()[b];
+    for (std::uint32_t r = block.first_record + 1; r < block.first_record + block.record_count; ++r) {
+      if (content.generation[r - 1] != content.generation[r] || code_of(r - 1) <= code_of(r)) continue;
+      tell({"the records of one generation in a block are not in Morton order", block.offset, b, r, {}});
+      break;
+    }
+  }
+}
+
 // ---- geometry ----
 
 Point position(const Content& content, VertexId v) {
@@ -378,7 +394,9 @@ Verified verify(const std::shared_ptr<ByteSource>& source, const Violations& vio
     tell({broken, {}, {}, {}, {}});
   check_records(verified, tell, verified.notes);
   check_orientations(verified, tell, progress);
-  if (verified.is_whole()) check_header(verified, tell);
+  if (!verified.is_whole()) return verified; // box and volume are of all vertices and tets
+  check_order(verified, tell);
+  check_header(verified, tell);
   return verified;
 }
 

@@ -2,7 +2,8 @@
 //
 //   layout     header, footer, directory, every section and every block: constraints and hashes
 //   records    all blocks decoded, but those that cannot be and those that need them: what a reader checks, and
-//              what it need not: that monotone errors and generations are exactly those that the specification says
+//              what it need not: that monotone errors and generations are exactly those that the specification says,
+//              and records in their order
 //   geometry   every version that is a tet positively oriented (exact predicate); box and volume of the header
 //
 // A violation that only makes what it says wrong is told and passed over; one that leaves no way to go on is told, and

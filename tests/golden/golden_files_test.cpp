@@ -1,5 +1,6 @@
 // Files of version 1 that were written once (make_golden.py) and are read for ever: the originals come out of them, and
 // their coarsest meshes. That a second reader sees the same in them is tested in tests/second_reader.
+#include "formats/ptet/verification.hpp"
 #include "ptet/dataset.hpp"
 
 #include <cmath>
@@ -68,5 +69,15 @@ TEST_CASE("golden files of version 1 are read") {
     const TetMesh coarsest = data->extract(request).mesh;
     CHECK(coarsest.tets.size() < original.tets.size() / 3);
     CHECK(volume(coarsest) > 0);
+  }
+}
+
+TEST_CASE("golden files of version 1 keep all rules") {
+  for (const Golden& golden : kFiles) {
+    INFO(golden.name);
+    const file::Verified verified =
+        file::verify(file::open_file(std::string(PTET_SOURCE_DIR "/tests/golden/") + golden.name + ".ptet"),
+                     [&](const file::Violation& violation) { FAIL_CHECK(violation.what); });
+    CHECK(verified.is_whole());
   }
 }
