@@ -203,6 +203,37 @@ TEST_CASE("refinement: regions that are no disk are refused") {
   CHECK(refused(annulus)); // all but two triangles that do not touch
 }
 
+TEST_CASE("refinement: a disk and a closed surface are no region, though their rim is one cycle") {
+  // The link of the vertex that both tets share is two spheres of four triangles each.
+  const TetMesh mesh = test::pinched_vertex();
+  const Refinement base(mesh.tets, 8, 1);
+  std::vector<VertexId> shared;
+  for (const VertexId v : mesh.tets[0])
+    if (std::count(mesh.tets[1].begin(), mesh.tets[1].end(), v) != 0) shared.push_back(v);
+  REQUIRE(shared.size() == 1);
+  const auto is_of = [](const Tet& corners, const Tet& tet) {
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](VertexId v) { return v == kDummyVertex || std::count(tet.begin(), tet.end(), v) != 0; });
+  };
+  std::vector<VersionId> sphere, disk;
+  for (std::uint32_t t = 0; t < base.version_count(); ++t) {
+    const Tet& corners = base.vertices(VersionId{t});
+    if (std::count(corners.begin(), corners.end(), shared[0]) == 0) continue;
+    if (is_of(corners, mesh.tets[0])) sphere.push_back(VersionId{t});
+    if (is_of(corners, mesh.tets[1]) && !base.is_ghost(VersionId{t})) disk.push_back(VersionId{t});
+  }
+  REQUIRE(sphere.size() == 4);
+  REQUIRE(disk.size() == 1);
+  const auto split = [&](const std::vector<VersionId>& region) {
+    Refinement r(mesh.tets, 8, 1);
+    r.split(RecordId{0}, shared[0], region, [](const GrowthFace&) { return false; });
+  };
+  CHECK_NOTHROW(split(disk));
+  std::vector<VersionId> both = sphere;
+  both.insert(both.end(), disk.begin(), disk.end());
+  CHECK(code_of([&] { split(both); }) == ErrorCode::kCorruptFile);
+}
+
 TEST_CASE("refinement: a split may wait for others, which are parents then like those found") {
   Refinement r({tet(0, 1, 2, 3)}, 4, 3);
   const auto split = [&](std::uint32_t record, std::vector<RecordId> others) {
