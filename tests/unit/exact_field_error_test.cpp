@@ -3,7 +3,9 @@
 #include "support/meshes.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <random>
 
 #include <catch2/catch.hpp>
 
@@ -181,4 +183,84 @@ TEST_CASE("the integral over a version inside of one original tet") {
   value[1] = 4;
   const Measured measured = Original(mesh, value).measure({0, 4, 8, 12});
   CHECK(measured.integral == Approx(1.0 / 60).epsilon(1e-14));
+}
+
+TEST_CASE("a flat original tet has errors where two of its edges cross") {
+  // Two tets over the halves of a square, on either side of its diagonal x, on which the field is 0. Below them, on the
+  // boundary, the square as a flat tet: on its diagonal y the field is 1. The version is small and around the middle.
+  std::vector<Point> points = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+  std::vector<std::array<std::uint32_t, 4>> tets = {{0, 1, 2, 4}, {0, 2, 3, 4}, {0, 1, 2, 3}};
+  const std::vector<Point> corners = {{0, 0, 0.125}, {0.25, 0, -0.125}, {-0.25, 0.25, -0.125}, {-0.25, -0.25, -0.125}};
+  std::array<std::uint32_t, 4> version{};
+  for (std::size_t i = 0; i < 4; ++i) { // tets of value 0 outside of the version bring its corners
+    const auto first = static_cast<std::uint32_t>(points.size());
+    version[i] = first;
+    points.push_back(corners[i]);
+    for (std::size_t j = 0; j < 4; ++j) {
+      if (j == i) continue;
+      Point away{};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        away[axis] = corners[i][axis] - (corners[j][axis] - corners[i][axis]) / 4;
+      points.push_back(away);
+    }
+    tets.push_back(i % 2 == 0 ? std::array{first, first + 1, first + 2, first + 3}
+                              : std::array{first, first + 2, first + 1, first + 3});
+  }
+  TetMesh mesh = test::make_mesh(points, tets);
+  for (Tet& tet : mesh.tets)
+    if (orientation(mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]), mesh.position(tet[3])) < 0)
+      std::swap(tet[2], tet[3]);
+  std::vector<double> value(points.size(), 0.0);
+  value[1] = value[3] = 1;
+  CHECK(Original(mesh, value).measure(version).largest == Approx(1).epsilon(1e-14));
+  mesh.tets.erase(mesh.tets.begin() + 2); // y and less of it, without the flat tet
+  CHECK(Original(mesh, value).measure(version).largest < 0.25);
+}
+
+TEST_CASE("errors and integrals of many fields are those of each channel by itself") {
+  const PreparedMesh prepared = prepare(test::grid({{3, 3, 3}, {}, 3, 1}));
+  std::mt19937_64 random(1);
+  for (const std::vector<std::size_t>& components :
+       {std::vector<std::size_t>{1, 1, 1}, {2, 1, 3}, {3, 1, 3}, {2, 2, 1, 3, 1}, {1, 1, 1, 1, 1, 1, 1, 1, 1}}) {
+    std::vector<std::size_t> field_of;
+    for (std::size_t field = 0; field < components.size(); ++field)
+      field_of.insert(field_of.end(), components[field], field);
+    const std::size_t channels = field_of.size();
+    std::vector<double> values(prepared.used_vertex_count * channels);
+    for (std::size_t i = 0; i < values.size(); ++i) // each field a third of the one before
+      values[i] = static_cast<double>(random() % 1000) / std::pow(3.0, static_cast<double>(field_of[i % channels]));
+    const ExactFieldError together(prepared, {values, channels, field_of});
+    ExactFieldError::Workspace workspace(together);
+    for (int tries = 0; tries < 20; ++tries) {
+      Tet version{};
+      for (VertexId& v : version)
+        v = VertexId{static_cast<std::uint32_t>(random() % prepared.used_vertex_count)};
+      const auto at = [&](std::size_t i) { return prepared.points[version[i].index()]; };
+      if (orientation(at(0), at(1), at(2), at(3)) < 0) std::swap(version[2], version[3]);
+      std::vector<double> errors(components.size()), integrals(components.size()), faces_alone(components.size());
+      together.measure(version, workspace, errors, integrals);
+      together.measure(version, workspace, faces_alone);
+      for (std::size_t field = 0, channel = 0; field < components.size(); channel += components[field++]) {
+        INFO("field " << field << " of " << components.size());
+        double integral = 0, error = 0, greatest = 0;
+        for (std::size_t c = 0; c < components[field]; ++c) {
+          std::vector<double> alone;
+          for (std::size_t v = 0; v < prepared.used_vertex_count; ++v)
+            alone.push_back(values[v * channels + channel + c]);
+          const std::size_t none = 0;
+          const ExactFieldError exact(prepared, {alone, 1, {&none, 1}});
+          ExactFieldError::Workspace its(exact);
+          double of_channel = 0;
+          exact.measure(version, its, {&of_channel, 1}, {&integral, 1});
+          greatest = std::max(greatest, of_channel);
+          error += of_channel * of_channel;
+        }
+        CHECK(integrals[field] == Approx(integral).epsilon(1e-10));
+        // The components of a vector are not greatest in one place.
+        CHECK(errors[field] >= greatest * (1 - 1e-12));
+        CHECK(errors[field] <= std::sqrt(error) * (1 + 1e-12));
+        CHECK(faces_alone[field] == Approx(errors[field]).epsilon(1e-10));
+      }
+    }
+  }
 }
