@@ -299,6 +299,19 @@ TEST_CASE("verification: a table that is not that of its blocks") {
   CHECK(found.size() == 2);
 }
 
+TEST_CASE("verification: a block that makes fewer tets than the table says") {
+  FileParts parts(sample_file());
+  auto rows = parts.rows();
+  rows[1].version_count += 1;
+  parts.set_rows(rows);
+  put(parts.header, 40, get<std::uint64_t>(parts.header, 40) + 1);
+  const Found found = verify(parts.join());
+  INFO(list_of(found));
+  REQUIRE(found.size() == 1);
+  CHECK(find(found, "makes fewer tets than the table says") != nullptr);
+  CHECK(found[0].block == 1);
+}
+
 TEST_CASE("verification: a damaged block leaves the others to be looked at") {
   const Bytes good = sample_file();
   const Chosen chosen = choose(good);
