@@ -60,6 +60,45 @@ TEST_CASE("record stream: every spoiled one is found out") {
   CHECK(verdict([](RecordStream& s) { s.also_needs_begin.pop_back(); }) != "");
 }
 
+TEST_CASE("record stream: each table has its length, each number its range, and the verdict says which") {
+  struct Way {
+    const char* says;
+    void (*spoil)(RecordStream&);
+  };
+  const char* const length = "differ in length";
+  const char* const no_error = "errors is negative or not a finite number";
+  const Way ways[] = {
+      {length, [](RecordStream& s) { s.round.pop_back(); }},
+      {length, [](RecordStream& s) { s.modified_count.pop_back(); }},
+      {length, [](RecordStream& s) { s.coarse_begin.pop_back(); }},
+      {length, [](RecordStream& s) { s.domain_error.pop_back(); }},
+      {length, [](RecordStream& s) { s.fine_begin.pop_back(); }},
+      {length, [](RecordStream& s) { s.outside_error.assign(1, 0); }},
+      {"offsets of the fine versions do not span", [](RecordStream& s) { s.fine_begin.front() = 1; }},
+      {"offsets of the other records needed do not", [](RecordStream& s) { s.also_needs_begin.front() = 1; }},
+      {"fewer versions than original", [](RecordStream& s) { s.versions.resize(s.original_tet_count); }},
+      {"volume is no finite number", [](RecordStream& s) { s.volume = INFINITY; }},
+      {"diagonal is no length", [](RecordStream& s) { s.diagonal = -1; }},
+      {"diagonal is no length", [](RecordStream& s) { s.diagonal = INFINITY; }},
+      {"range of array", [](RecordStream& s) { s.fields[0].range = -1; }},
+      {"does not have four vertices", [](RecordStream& s) { s.versions[1][2] = VertexId{}; }},
+      {"a tet among the original ghosts", [](RecordStream& s) { s.versions[0][3] = kDummyVertex; }},
+      {"not two vertices of the mesh", [](RecordStream& s) { s.target[0] = kDummyVertex; }},
+      {"was removed before", [](RecordStream& s) { s.target[s.size() - 1] = s.removed[0]; }},
+      {"offsets of its fine versions decrease", [](RecordStream& s) { s.fine_begin[1] = s.fine.size() + 1; }},
+      {"modifies nothing", [](RecordStream& s) { s.modified_count[0] = 0; }},
+      {"do not follow those of the record before", [](RecordStream& s) { s.versions.resize(s.versions.size() - 1); }},
+      {no_error, [](RecordStream& s) { s.domain_error[2] = INFINITY; }},
+      {no_error, [](RecordStream& s) { s.outside_error.assign(s.field_error.size(), -1); }},
+      {"other records it needs decrease", [](RecordStream& s) { s.also_needs_begin[1] = 1; }},
+  };
+  for (const Way& way : ways) {
+    const std::string said = verdict(way.spoil);
+    INFO(way.says << "; said: " << said);
+    CHECK(said.find(way.says) != std::string::npos);
+  }
+}
+
 TEST_CASE("record stream: squared errors of all records, or none") {
   const auto with = [](std::size_t missing, double value) {
     return [=](RecordStream& s) {
