@@ -114,3 +114,52 @@ TEST_CASE("a file of another kind is not called damaged but named as what it is 
   CHECK(code_of([&] { file::Reader reader(file::over_memory(bytes)); }, message) == ErrorCode::kCorruptFile);
   CHECK(message.find("not a .ptet file") != std::string::npos);
 }
+
+TEST_CASE("whatever a source throws is an error of reading, with its place") {
+  class Source final : public ByteSource {
+  public:
+    std::uint64_t size() override { return 100; }
+    void read(std::uint64_t offset, std::span<std::byte> into) override {
+      if (offset == 10) throw std::runtime_error("no line");
+      if (offset == 20) throw Error(ErrorCode::kLimit, "too much");
+      if (offset == 30) throw Error(ErrorCode::kIo, "no disk", 33);
+      if (offset == 40) throw std::bad_alloc();
+      std::fill(into.begin(), into.end(), std::byte{7});
+    }
+  };
+  file::RangeReader reader(std::make_shared<Source>(), 0);
+  const auto error_of = [&](std::uint64_t offset, std::uint64_t count) {
+    try {
+      static_cast<void>(reader.read({offset, count}));
+    } catch (const Error& error) {
+      return error;
+    }
+    FAIL("no error");
+    return Error(ErrorCode::kIo, "");
+  };
+  CHECK(reader.read({50, 50}) == std::vector<std::byte>(50, std::byte{7}));
+  CHECK(error_of(10, 1).code() == ErrorCode::kIo);
+  CHECK(std::string(error_of(10, 1).what()).find("no line") != std::string::npos);
+  CHECK(error_of(10, 1).byte_offset() == 10);
+  CHECK(error_of(20, 1).code() == ErrorCode::kIo);
+  CHECK(error_of(30, 1).byte_offset() == 33);
+  CHECK_THROWS_AS(reader.read({40, 1}), std::bad_alloc);
+  CHECK(error_of(90, 11).code() == ErrorCode::kCorruptFile);
+  CHECK(error_of(101, 0).code() == ErrorCode::kCorruptFile);
+
+  // Together, what can be read is read; what is left when it is stopped is cancelled.
+  const std::vector<file::ByteRange> ranges = {{8, 1}, {10, 1}, {11, 1}, {60, 5}};
+  const auto read = reader.read_all(ranges);
+  CHECK(read[0].bytes.size() == 1);
+  CHECK(read[1].failure != nullptr);
+  CHECK(read[2].bytes.size() == 1);
+  CHECK(read[3].bytes.size() == 5);
+  for (const auto& part : reader.read_all(ranges, [] { return true; }))
+    CHECK(part.failure != nullptr);
+
+  const auto bytes = file::over_memory(std::vector<std::byte>(8));
+  std::vector<std::byte> into(4);
+  CHECK_NOTHROW(bytes->read(4, into));
+  CHECK_THROWS_AS(bytes->read(5, into), Error);
+  CHECK_THROWS_AS(bytes->read(9, {}), Error);
+}
