@@ -10,6 +10,7 @@
 #   tools/install-dependencies.sh --paraview instead: what tools/paraview needs (ParaView's Python excludes VTK's)
 #   tools/install-dependencies.sh --web      also what tools/web needs, to build the page and to test it
 #   tools/install-dependencies.sh --fuzz     also what tests/fuzz/run.sh needs
+#   tools/install-dependencies.sh --coverage    also what tools/coverage.sh needs
 #   tools/install-dependencies.sh --portability also what tests/portability/run.sh needs
 #   tools/install-dependencies.sh --list     prints the packages that it would install, and stops
 set -euo pipefail
@@ -44,6 +45,7 @@ web_packages=(
 )
 command -v npm >/dev/null || web_packages+=(npm) # a newer node than Debian's brings its own, and refuses Debian's
 fuzz_packages=(clang-14 libclang-rt-14-dev)
+coverage_packages=(gcovr)
 portability_packages=(g++-s390x-linux-gnu g++-i686-linux-gnu qemu-user-static) # of other machines: compilers, and to run
 
 list_only=no
@@ -56,6 +58,7 @@ for argument in "$@"; do
     --paraview) packages=("${paraview_packages[@]}") ;;
     --web) packages+=("${web_packages[@]}") ;;
     --fuzz) packages+=("${fuzz_packages[@]}") ;;
+    --coverage) packages+=("${coverage_packages[@]}") ;;
     --portability) packages+=("${portability_packages[@]}") ;;
     --list) list_only=yes ;;
     -h | --help) sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 0 ;;
