@@ -188,6 +188,11 @@ static void test_builder(void) {
   SUCCEEDS(ptet_builder_set_max_domain_error(builder, -1, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "domain", ptet_builder_build_memory(builder, NULL, NULL, &bytes, NULL, &error));
   SUCCEEDS(ptet_builder_set_max_domain_error(builder, 0.05, 1, &error));
+  SUCCEEDS(ptet_builder_set_pieces(builder, 0, &error));
+  FAILS(PTET_BAD_ARGUMENT, "pieces", ptet_builder_build_memory(builder, NULL, NULL, &bytes, NULL, &error));
+  SUCCEEDS(ptet_builder_set_pieces(builder, 3, &error));
+  ptet_bytes_free(build(builder));
+  SUCCEEDS(ptet_builder_set_pieces(builder, 1, &error));
   SUCCEEDS(ptet_builder_set_threads(builder, 1, &error));
   SUCCEEDS(ptet_builder_set_memory_limit(builder, 1000, &error));
   FAILS(PTET_LIMIT, "of memory", ptet_builder_build_memory(builder, NULL, NULL, &bytes, NULL, &error));
@@ -222,6 +227,7 @@ static void test_builder(void) {
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_round_fraction(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_threads(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_memory_limit(NULL, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_pieces(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_source(NULL, "a", "b", &error));
   CHECK(ptet_builder_set_threads(NULL, 1, NULL) == PTET_BAD_ARGUMENT); /* nobody wants the error */
   CHECK(ptet_bytes_data(NULL) == NULL && ptet_bytes_size(NULL) == 0);

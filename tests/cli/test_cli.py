@@ -840,6 +840,9 @@ class Measure(Case):
         self.assertGreater(report["simplified"]["validity"]["boundary_self_intersections"], 0)
         self.assertEqual(report["simplified"]["validity"]["components"], 2)
         self.assertIn("no floating-point field", report["notes"][0])
+        self.assertFalse(any("intersects itself" in note for note in report["notes"]))
+        report = self.json("measure", "crossed.vtu", "fine.vtu")
+        self.assertTrue(any("intersects itself" in note for note in report["notes"]))
 
     def test_errors_as_a_mesh(self):
         self.cube("fine.vtu", 4, self.quadratic)

@@ -72,6 +72,17 @@ class Build(unittest.TestCase):
         self.assertGreater(whole.report.peak_memory_bytes, 0)
         self.assertRaisesRegex(ptet.LimitError, "of memory", ptet.build, *cube(), memory_limit=1000)
 
+    def test_pieces(self):
+        points, tets, fields = cube()
+        in_pieces = ptet.build(points, tets, fields, pieces=4)
+        self.assertEqual(bytes(ptet.build(points, tets, fields, pieces=4, threads=1).data), bytes(in_pieces.data))
+        self.assertNotEqual(bytes(in_pieces.data), built())
+        cut = in_pieces.open().extract()
+        self.assertEqual({tuple(sorted(row)) for row in vertex_order(cut, points)[cut.tets].tolist()},
+                         {tuple(sorted(row)) for row in tets.tolist()})
+        for wrong in (0, 65537, 1.5):
+            self.assertRaisesRegex(ptet.ArgumentError, "pieces", ptet.build, *cube(), pieces=wrong)
+
     def test_a_file_is_the_same_bytes(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "a mésh.ptet"

@@ -134,6 +134,14 @@ void note_convention(const Side& side, std::vector<std::string>& notes) {
       notes.push_back("'" + side.path + "' orders the vertices of all its tets by the other convention");
 }
 
+/// Says so where the field of the original has several values at one place.
+void note_overlaps(const Side& original, std::vector<std::string>& notes) {
+  if (original.boundary_intersections == 0) return;
+  notes.push_back("the boundary of '" + original.path +
+                  "' intersects itself: where its tets overlap, their values differ among themselves, and that counts "
+                  "as an error here; the errors that a .ptet file states do not hold it");
+}
+
 // Fields.
 
 bool is_floating(const PointArray& array) {
@@ -504,6 +512,7 @@ void run(const Arguments& arguments) {
     for (Side* side : {&outcome.original, &outcome.simplified})
       side->boundary_intersections =
           count_boundary_intersections(side->found.points, side->found.boundary.faces, progress.callback());
+    note_overlaps(outcome.original, outcome.notes);
   });
   if (arguments.errors) {
     progress.stage("writing");

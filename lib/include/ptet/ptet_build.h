@@ -79,6 +79,9 @@ ptet_status ptet_builder_set_threads(ptet_builder* builder, uint32_t threads, pt
 /* The most resident memory, in bytes, that the process may come to; 0, as at first: no limit. A build that would take
  * more is refused before it takes it (PTET_LIMIT). The copy of the mesh in the builder counts. */
 ptet_status ptet_builder_set_memory_limit(ptet_builder* builder, uint64_t bytes, ptet_error** error);
+/* 1 .. 65536; more than 1: the mesh is cut in so many pieces, which are collapsed one after the other before the whole.
+ * At first 1. The bytes that come out depend on it; the guarantees do not. */
+ptet_status ptet_builder_set_pieces(ptet_builder* builder, uint32_t pieces, ptet_error** error);
 /* Name and hash of where the mesh comes from, kept in the file as they are; either may be NULL. */
 ptet_status ptet_builder_set_source(ptet_builder* builder, const char* name, const char* hash, ptet_error** error);
 

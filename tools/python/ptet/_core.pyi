@@ -32,6 +32,7 @@ def build(
     round_fraction: float,
     threads: int,
     memory_limit: int,
+    pieces: int,
     source_name: str,
     source_hash: str,
     progress: Callable[[str, int, int], Any] | None,
