@@ -16,8 +16,8 @@ build="build-coverage"
 log=$build/log.txt
 detail=${1:-}
 folders=(lib/lod lib/record formats/ptet lib/error lib/build lib/mesh lib/capi)
-read -ra programs <<<"${PTET_COVERAGE_TESTS:-unit_tests golden_tests fuzz_tests property_tests fuzz_replay \
-memory_limit_test c_interface_test out_of_memory_test}"
+read -ra programs <<<"${PTET_COVERAGE_TESTS:-unit_tests golden_tests fuzz_tests build_property_tests \
+cut_property_tests fuzz_replay memory_limit_test c_interface_test out_of_memory_test}"
 
 case $detail in
   '' | --files | --branches) ;;
@@ -43,9 +43,9 @@ list_runs() {
           echo "fuzz_replay $target 200 tests/fuzz/corpus/$target"
         done
         ;;
-      property_tests)
+      *_property_tests) # the other's files have no tests in this one
         for source in tests/property/*_property.cpp; do
-          [[ $source == *real_cuts* ]] || echo "property_tests --filenames-as-tags [#$(basename "$source" .cpp)]"
+          [[ $source == *real_cuts* ]] || echo "$program --filenames-as-tags [#$(basename "$source" .cpp)]"
         done
         ;;
       *) echo "$program" ;;

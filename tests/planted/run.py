@@ -4,9 +4,10 @@
     tests/planted/run.py [--build DIR] [--jobs N] [--programs NAME...] [--] [TITLE-PART...]
 
 Works on a copy of the committed sources, in build-planted, so nothing here is touched. Each bug of bugs.txt is built
-into the libraries, and golden_tests, unit_tests, fuzz_tests and property_tests are linked and run one after the other
-until one of them fails, without the real meshes. Takes half a minute for most bugs and four minutes for one that is not
-found; the tests are built first, once. Prints for each bug the test that found it. Exit code 0: every one was found.
+into the libraries, and golden_tests, unit_tests, fuzz_tests and the property tests are linked and run one after the
+other until one of them fails, without the real meshes. Takes half a minute for most bugs and four minutes for one that
+is not found; the tests are built first, once. Prints for each bug the test that found it. Exit code 0: every one was
+found.
 """
 import argparse
 import os
@@ -19,7 +20,8 @@ import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-PROGRAMS = ("golden_tests", "unit_tests", "fuzz_tests", "property_tests")  # the quick ones first
+# The quick ones first.
+PROGRAMS = ("golden_tests", "unit_tests", "fuzz_tests", "cut_property_tests", "build_property_tests")
 LONGEST = 900  # seconds a program may take: a bug may make it run for ever
 
 
