@@ -581,8 +581,9 @@ bool Reader::Batch::step(Content& content, std::size_t records, const StarMeasur
     RecordId r;
     const auto decode = [&] {
       if (!block.coding) {
-        block.coding.emplace(BlockState(block.block, reader.blocks_[block.block].needs.size(), d.schema->code_count()),
-                             RangeDecoder(d.initial, std::move(block.bytes), block.start));
+        const std::size_t needs = reader.blocks_[block.block].needs.size();
+        block.coding = BlockCoding{BlockState(block.block, needs, d.schema->code_count()),
+                                   RangeDecoder(d.initial, std::move(block.bytes), block.start)};
       }
       for (; run.first_record <= run.last_record && records > 0; ++run.first_record, --records) {
         r = RecordId{run.first_record};
