@@ -4,6 +4,7 @@
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/record_codec.hpp"
 #include "formats/whole_file.hpp"
+#include "mesh/rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -132,18 +133,9 @@ void Encoding::order() {
   std::stable_sort(coding_order_.begin(), coding_order_.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return order_.generation[a] < order_.generation[b]; });
 
-  const auto permute = [&](const PointArray& from) {
-    PointArray to{from.name, from.type, from.components, {}};
-    to.resize(from.size());
-    const std::size_t bytes = from.row_bytes();
-    for (std::size_t row = 0; row < from.size(); ++row) {
-      std::copy_n(from.bytes.data() + order_.mesh_vertex[row].index() * bytes, bytes, to.bytes.data() + row * bytes);
-    }
-    return to;
-  };
-  positions_ = permute(mesh_.positions);
+  positions_ = gather(mesh_.positions, order_.mesh_vertex);
   for (const PointArray& array : mesh_.point_arrays)
-    arrays_.push_back(permute(array));
+    arrays_.push_back(gather(array, order_.mesh_vertex));
 }
 
 void Encoding::describe() {
