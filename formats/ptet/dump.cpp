@@ -197,6 +197,11 @@ void Dump::annotate_content(const Section& section, ByteReader& in) {
     }
     return;
   }
+  case SectionKind::kInputOrder: {
+    const Header& header = reader_.header();
+    static_cast<void>(parse_input_order(in, header.base_vertex_count + header.record_count, header.tet_count));
+    return;
+  }
   case SectionKind::kBlocks: break;
   }
 }
@@ -273,6 +278,7 @@ void summarise(std::ostream& out, const std::string& path) {
     out << ' ' << number(x);
   out << "\ndiagonal        " << number(header.diagonal) << '\n';
   if (header.volume > 0) out << "volume          " << number(header.volume) << '\n';
+  out << "input order     " << (header.has_input_order ? "kept" : "not kept") << '\n';
   out << "squared errors  " << (header.has_squared_errors ? "measured" : "not measured") << '\n';
   for (const ArrayInfo& array : header.arrays) {
     out << "array           " << printable(array.name) << ": " << name_of(array.type) << " x " << array.components;

@@ -1,6 +1,7 @@
 #include "formats/ptet/layout.hpp"
 
 #include "formats/ptet/archive.hpp"
+#include "formats/ptet/planes.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -55,24 +56,6 @@ std::uint8_t get_digits(ByteReader& in, ScalarType type) {
   return digits;
 }
 
-/// `count` numbers of `width` bytes, by planes: all lowest bytes, then all second ones, ...
-class Planes {
-public:
-  Planes(ByteReader& in, std::size_t count, std::size_t width, std::string_view name)
-      : bytes_(in.get_bytes(count * width, name)), count_(count), width_(width) {}
-  [[nodiscard]] std::uint64_t at(std::size_t i) const {
-    std::uint64_t value = 0;
-    for (std::size_t plane = 0; plane < width_; ++plane) {
-      value |= static_cast<std::uint64_t>(bytes_[plane * count_ + i]) << (8 * plane);
-    }
-    return value;
-  }
-
-private:
-  std::span<const std::byte> bytes_;
-  std::size_t count_, width_;
-};
-
 void parse_base_array(ByteReader& in, std::size_t rows, PointArray& array, const std::string& name) {
   const std::size_t width = size_of(array.type);
   for (std::size_t c = 0; c < array.components; ++c) {
@@ -101,8 +84,13 @@ const char* name_of(SectionKind kind) {
   case SectionKind::kBlocks: return "blocks";
   case SectionKind::kManifest: return "manifest section";
   case SectionKind::kTable: return "table section";
+  case SectionKind::kInputOrder: return "input order section";
   }
   return "unknown section";
+}
+
+std::uint32_t flags_of(SectionKind kind) {
+  return kind == SectionKind::kInputOrder ? 0 : kMandatory;
 }
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
@@ -197,11 +185,13 @@ std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count) {
       in.fail("a section does not begin where the one before ends");
     }
     expected += section.stored_bytes;
-    const bool known = section.kind >= 1 && section.kind <= static_cast<std::uint32_t>(SectionKind::kTable);
+    const std::uint32_t flags = flags_of(static_cast<SectionKind>(section.kind));
+    const bool known = section.kind >= 1 && section.kind <= static_cast<std::uint32_t>(SectionKind::kInputOrder);
     if (!known && (section.flags & kMandatory) != 0) {
       in.violate("section " + std::to_string(section.kind) + " is mandatory but unknown to this program");
     }
-    if (known && (section.flags & kMandatory) == 0) in.violate("a mandatory section is not marked so");
+    if (known && (section.flags & kMandatory) < flags) in.violate("a mandatory section is not marked so");
+    if (known && (section.flags & kMandatory) > flags) in.violate("a section is marked as mandatory that is not");
     if (section.raw_bytes < section.stored_bytes || section.raw_bytes > product(section.stored_bytes, kMaxExpansion)) {
       in.fail("a section's raw size is out of range");
     }

@@ -1,6 +1,6 @@
 // What lies where in a .ptet file, apart from the coded records: PTET.md in C++.
 //
-//   header | arrays | model | base | blocks ... | manifest | table | directory | footer
+//   header | arrays | model | base | blocks ... | input order, if it is kept | manifest | table | directory | footer
 #pragma once
 
 #include "formats/ptet/bytes.hpp"
@@ -21,10 +21,20 @@ inline constexpr std::size_t kFooterBytes = 40;
 inline constexpr std::size_t kSectionBytes = 40;
 inline constexpr std::size_t kMaxSections = 64;
 
-enum class SectionKind : std::uint32_t { kArrays = 1, kModel = 2, kBase = 3, kBlocks = 4, kManifest = 5, kTable = 6 };
+enum class SectionKind : std::uint32_t {
+  kArrays = 1,
+  kModel = 2,
+  kBase = 3,
+  kBlocks = 4,
+  kManifest = 5,
+  kTable = 6,
+  kInputOrder = 7, ///< may be missing
+};
 inline constexpr std::uint32_t kMandatory = 1;        ///< the one flag of a section
 inline constexpr std::uint16_t kHasSquaredErrors = 1; ///< the one flag of the header
 [[nodiscard]] const char* name_of(SectionKind kind);
+/// Of a section of this kind in the directory.
+[[nodiscard]] std::uint32_t flags_of(SectionKind kind);
 
 /// One row of the directory. When stored_bytes < raw_bytes the section is a zstd frame, else it is stored as it is.
 /// The blocks are one section here, raw, and hashed one by one in the table (hash 0).

@@ -1,4 +1,5 @@
 #include "formats/ptet/layout.hpp"
+#include "formats/ptet/planes.hpp"
 
 #include <algorithm>
 
@@ -10,14 +11,6 @@ void put_box(ByteWriter& out, const Point& least, const Point& greatest) {
     out.put(x);
   for (const double x : greatest)
     out.put(x);
-}
-
-/// Numbers by planes: all lowest bytes, then all second ones, ...
-void put_planes(ByteWriter& out, const std::vector<std::uint64_t>& numbers, std::size_t width) {
-  for (std::size_t plane = 0; plane < width; ++plane) {
-    for (const std::uint64_t number : numbers)
-      out.put(static_cast<std::uint8_t>(number >> (8 * plane)));
-  }
 }
 
 void put_base_array(ByteWriter& out, const PointArray& array, std::uint32_t rows) {

@@ -26,6 +26,7 @@ struct Reader::Decoding {
   std::vector<DecimalDigits> digits;
   std::vector<TableRow> rows;
   Section base;
+  Section input_order;               ///< where there is one
   std::vector<std::byte> base_bytes; ///< as stored, so that the base can be had again without the source
   InitialProbabilities initial;
   std::vector<std::uint32_t> block_of; ///< by record
@@ -39,13 +40,15 @@ namespace {
   throw Error(ErrorCode::kCorruptFile, "the file is corrupt: " + what, offset);
 }
 
-const Section& find_section(const std::vector<Section>& sections, SectionKind kind, std::uint64_t offset) {
+/// Null where there is none, which only a section that is not mandatory may be.
+const Section* find_section(const std::vector<Section>& sections, SectionKind kind, std::uint64_t offset) {
   const auto is_wanted = [&](const Section& section) { return section.kind == static_cast<std::uint32_t>(kind); };
   const auto found = std::find_if(sections.begin(), sections.end(), is_wanted);
+  if (found == sections.end() && flags_of(kind) != kMandatory) return nullptr;
   if (found == sections.end() || std::find_if(found + 1, sections.end(), is_wanted) != sections.end()) {
     fail_file(std::string("it must have one ") + name_of(kind), offset);
   }
-  return *found;
+  return &*found;
 }
 
 /// Calls `f`; what it says of a corrupt file gets a place in the file if it has none.
@@ -237,7 +240,7 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options, V
   if (end != footer.directory_offset) fail_file("the sections do not end where the directory begins", end);
 
   const auto section = [&](SectionKind kind) -> const Section& {
-    return find_section(sections, kind, footer.directory_offset);
+    return *find_section(sections, kind, footer.directory_offset);
   };
   std::vector<ByteRange> ranges;
   for (const SectionKind kind :
@@ -274,6 +277,13 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options, V
   const std::uint64_t base_values = header_.base_vertex_count * static_cast<std::uint64_t>(vertex_bytes(header_));
   if (base_values > d.base.raw_bytes || d.base.raw_bytes - base_values != std::uint64_t{16} * header_.base_tet_count) {
     fail_file("the base section does not fit the header's counts", d.base.offset);
+  }
+  if (const Section* const order = find_section(sections, SectionKind::kInputOrder, footer.directory_offset)) {
+    const std::uint64_t vertices = std::uint64_t{header_.base_vertex_count} + header_.record_count;
+    if (order->raw_bytes != input_order_bytes(vertices, header_.tet_count))
+      fail_file("the input order section does not fit the header's counts", order->offset);
+    header_.has_input_order = true;
+    d.input_order = *order;
   }
   const Section& blocks = section(SectionKind::kBlocks);
   if (blocks.raw_bytes != blocks.stored_bytes || blocks.hash != 0) {
@@ -497,6 +507,21 @@ std::vector<FetchedBlock> Reader::fetch(std::span<const std::uint32_t> blocks, c
     }
   }
   return fetched;
+}
+
+InputOrder Reader::read_input_order() const {
+  const Decoding& d = *decoding_;
+  const Section& section = d.input_order;
+  // As stored, expanded, and the numbers.
+  const std::uint64_t bytes = section.stored_bytes + 3 * section.raw_bytes;
+  if (bytes > d.limits.max_bytes) {
+    throw Error(ErrorCode::kLimit, "the input order would take " + std::to_string(bytes) +
+                                       " bytes of memory, more than the limit of " +
+                                       std::to_string(d.limits.max_bytes));
+  }
+  const auto raw = expand(section, decoding_->reader.read({section.offset, section.stored_bytes}), &d.violations);
+  ByteReader in(raw, name_of(SectionKind::kInputOrder), section.offset, section.stored_bytes != section.raw_bytes);
+  return parse_input_order(in, header_.base_vertex_count + header_.record_count, header_.tet_count);
 }
 
 // ---- decoding ----

@@ -2,6 +2,7 @@
 // specification. Nothing that the file says is believed before it is checked.
 #pragma once
 
+#include "formats/ptet/input_order.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/source.hpp"
 #include "formats/ptet/violation.hpp"
@@ -40,6 +41,7 @@ struct Header {
   double diagonal = 0; ///< scale of the domain error codes, mesh units
   double volume = 0;   ///< of the original, mesh units cubed; 0 when it is not known
   bool has_squared_errors = false;
+  bool has_input_order = false;
 };
 
 /// One row of the block table. Records are numbered from coarse to fine levels; block b holds the records
@@ -138,6 +140,9 @@ public:
   /// Thread rule: from several threads at a time if the source may be read so.
   [[nodiscard]] std::vector<FetchedBlock> fetch(std::span<const std::uint32_t> blocks, const FetchFailed& failed,
                                                 const std::function<bool()>& is_stopped = {}) const;
+  /// In what order the input stood; header().has_input_order. Thread rule: as fetch().
+  /// Throws Error: kIo, kCorruptFile, kLimit.
+  [[nodiscard]] InputOrder read_input_order() const;
   class Batch;
   /// Prepares to decode; the blocks must be closed as for load(). One batch at a time.
   /// Throws BlockError; nothing is applied then.

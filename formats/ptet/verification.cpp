@@ -88,6 +88,16 @@ void check_section_hashes(ByteSource& source, Teller& tell) {
   }
 }
 
+void check_input_order(const Reader& reader, Teller& tell) {
+  if (!reader.header().has_input_order) return;
+  try {
+    static_cast<void>(reader.read_input_order());
+  } catch (const Error& error) {
+    rethrow_unless_corrupt(error);
+    tell(violation_of(error));
+  }
+}
+
 // ---- decoding ----
 
 /// Decodes what can be.
@@ -386,6 +396,7 @@ Verified verify(const std::shared_ptr<ByteSource>& source, const Violations& vio
     verified.notes.emplace_back("what the table and the records say was not looked at");
     return verified;
   }
+  check_input_order(*verified.reader, tell);
   Decoder(verified, tell, *told_by_reader, progress).run();
   *told_by_reader = [](const Violation&) {};
   if (!verified.content) return verified;

@@ -36,8 +36,8 @@ std::uint64_t key_of(const Tet& tet) {
 /// Everything about a file to be written, and the steps that find it, in the order of encode().
 class Encoding {
 public:
-  Encoding(const TetMesh& mesh, const RecordStream& records, const ProgressCallback& progress)
-      : mesh_(mesh), records_(records), progress_(progress) {}
+  Encoding(const TetMesh& mesh, const RecordStream& records, const ProgressCallback& progress, const GivenIds* given)
+      : mesh_(mesh), records_(records), progress_(progress), given_(given) {}
 
   void check_input() const;
   void order();
@@ -69,6 +69,7 @@ private:
   const TetMesh& mesh_;
   const RecordStream& records_;
   const ProgressCallback& progress_;
+  const GivenIds* const given_; ///< where the order of the input is kept
 
   std::vector<std::uint32_t> consumers_; ///< by stream version
   FileOrder order_;
@@ -547,7 +548,7 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
     stored.resize(size);
     if (size >= raw.size() || raw.size() / kMaxExpansion >= size) stored = raw;
     sections.push_back(
-        {static_cast<std::uint32_t>(kind), kMandatory, file.size(), stored.size(), raw.size(), hash_of(stored)});
+        {static_cast<std::uint32_t>(kind), flags_of(kind), file.size(), stored.size(), raw.size(), hash_of(stored)});
     file.put_bytes(stored);
   };
   ByteWriter arrays, base, table, manifest_bytes;
@@ -569,6 +570,12 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
   const std::uint64_t blocks_bytes = file.size() - blocks_offset;
   sections.push_back(
       {static_cast<std::uint32_t>(SectionKind::kBlocks), kMandatory, blocks_offset, blocks_bytes, blocks_bytes, 0});
+  if (given_ != nullptr) {
+    report(progress_, "writing the order of the input", 0, 0);
+    ByteWriter order;
+    put_input_order(order, input_order(*given_, order_.file_vertex));
+    add(SectionKind::kInputOrder, order.take());
+  }
   put_manifest(manifest_bytes, manifest);
   add(SectionKind::kManifest, manifest_bytes.bytes());
   put_table(table, rows_);
@@ -585,8 +592,8 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
 } // namespace
 
 std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
-                              const ProgressCallback& progress) {
-  Encoding encoding(mesh, records, progress);
+                              const ProgressCallback& progress, const GivenIds* given) {
+  Encoding encoding(mesh, records, progress, given);
   encoding.check_input();
   encoding.order();
   encoding.describe();
@@ -601,10 +608,10 @@ std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, 
 }
 
 std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
-                    const ProgressCallback& progress) {
+                    const ProgressCallback& progress, const GivenIds* given) {
   // The file is made first: that it cannot be written should not be learnt at the end of a long encoding.
   WholeFile file(path);
-  const auto bytes = encode(mesh, records, manifest, progress);
+  const auto bytes = encode(mesh, records, manifest, progress, given);
   constexpr std::size_t kPart = std::size_t{1} << 22;
   for (std::size_t begin = 0; begin < bytes.size(); begin += kPart) {
     report(progress, "writing the file", begin, bytes.size());

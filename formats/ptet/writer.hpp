@@ -1,6 +1,7 @@
 // The .ptet writer: orders the records from coarse to fine, codes them in blocks and writes the file whole or not.
 #pragma once
 
+#include "formats/ptet/input_order.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
@@ -12,13 +13,14 @@ namespace ptet::file {
 
 /// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records to
 /// `path`, through a temporary file in the same folder, synced and renamed. Returns the size of the file in bytes.
-/// Unused vertices are kept as base vertices without tets.
-/// Throws Error: kIo (message names the path and the system's reason), kLimit, kCancelled. Nothing is left behind.
+/// Unused vertices are kept as base vertices without tets. `given`: the input's ids, where its order is to be kept;
+/// null: it is not. Throws Error: kIo (message names the path and the system's reason), kLimit, kCancelled. Nothing is
+/// left behind.
 std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
-                    const ProgressCallback& progress = {});
+                    const ProgressCallback& progress = {}, const GivenIds* given = nullptr);
 
 /// The same bytes, in memory.
 [[nodiscard]] std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
-                                            const ProgressCallback& progress = {});
+                                            const ProgressCallback& progress = {}, const GivenIds* given = nullptr);
 
 } // namespace ptet::file

@@ -26,17 +26,20 @@ struct Built {
   TetMesh mesh; ///< prepared
   RecordStream records;
   file::Manifest manifest;
+  std::optional<file::GivenIds> given; ///< where the order of the input is kept
 };
 
 /// The mesh as the collapses want it, where memory allows a build.
 struct Begun {
   PreparedMesh prepared;
+  std::vector<Tet> given_tets; ///< as they were given, where their order is kept
   std::uint64_t foreseen_memory_bytes = 0;
 };
 Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& progress) {
   const build::MemoryWatch memory(mesh, options);
   (void)memory.check(build::count(mesh, options)); // at least so much, whatever its boundary
-  Begun begun{prepare(std::move(mesh), progress)};
+  std::vector<Tet> given_tets = options.keep_order ? mesh.tets : std::vector<Tet>{};
+  Begun begun{prepare(std::move(mesh), progress), std::move(given_tets)};
   build::release_freed_memory();
   begun.foreseen_memory_bytes = memory.check(build::count(begun.prepared, options));
   return begun;
@@ -59,11 +62,16 @@ Built collapse_all(Begun begun, const BuildOptions& options, const std::string& 
   built.manifest.source_hash = source_hash;
   built.manifest.options = build::describe_options(options, prepared, built.records.fields);
   built.manifest.notes = report.notes;
+  if (options.keep_order) built.given = {std::move(prepared.original_vertex), std::move(begun.given_tets)};
   built.mesh = std::move(prepared.mesh);
   built.mesh.tets = std::vector<Tet>(); // the records begin with them
   prepared = {};
   build::release_freed_memory();
   return built;
+}
+
+const file::GivenIds* given_ids(const Built& built) {
+  return built.given ? &*built.given : nullptr;
 }
 
 class Stopwatch {
@@ -148,7 +156,7 @@ BuildReport PiecesBuild::write(const std::string& path, std::vector<Bytes> decid
   const Stopwatch time;
   BuildReport report;
   const Built built = impl_->finish(std::move(decided), source_name, source_hash, report, progress);
-  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress);
+  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built));
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
   return report;
@@ -162,7 +170,7 @@ std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, Bui
   BuildReport& filled = report != nullptr ? *report : own_report;
   filled = {};
   const Built built = impl_->finish(std::move(decided), source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress);
+  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built));
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
   filled.peak_memory_bytes = build::peak_resident_bytes();
@@ -183,7 +191,7 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
   const Stopwatch time;
   const Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
-  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress);
+  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built));
   if (!options.checkpoint.path.empty()) std::filesystem::remove(options.checkpoint.path);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
@@ -204,7 +212,7 @@ std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options, B
   const Stopwatch time;
   const Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress);
+  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built));
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
   filled.peak_memory_bytes = build::peak_resident_bytes();

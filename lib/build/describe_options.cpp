@@ -36,6 +36,7 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
     described.emplace_back("objective", name_of(options.objective));
   described.emplace_back("max-star", std::to_string(options.max_star));
   described.emplace_back("round-fraction", text_of(options.round_fraction));
+  if (options.keep_order) described.emplace_back("keep-order", "yes");
   if (options.pieces > 1) described.emplace_back("pieces", std::to_string(options.pieces));
   return described;
 }

@@ -106,7 +106,8 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   const double versions = slots + kModified * records, consumed = kConsumed * records;
   const bool is_exact = options.evaluation == Evaluation::kExact;
   const unsigned threads = threads_of(options);
-  const double mesh = 16 * tets + row * vertices;
+  const double given = options.keep_order ? 16 * tets + 4 * vertices : 0;
+  const double mesh = 16 * tets + row * vertices + given;
 
   MemoryNeed need;
   // A copy of the tets, the table of faces with what is sorted for it, marks; positions as doubles.
@@ -131,7 +132,10 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
                             kListGrowth * (4 * kModified + 5 * kParents + 4 * (kConsumed - kModified)) * records +
                             50 * records;
   const double per_record = 24 + 60 + 4 * (fields + 1) + 12 * fields;
-  need.write = whole(row * vertices * 2 + stream + (4 + 8) * versions + refinement + per_record * records);
+  // Sorted, numbered, as bytes and as a zstd frame with what level 19 works in.
+  const double input_order = options.keep_order ? (16 + 5 + 8 + 5 + 5) * tets + (4 + 4 + 4 + 4) * vertices + 90e6 : 0;
+  need.write = whole(row * vertices * 2 + stream + (4 + 8) * versions + given +
+                     std::max(refinement + per_record * records, input_order));
   return need;
 }
 

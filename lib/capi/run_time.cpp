@@ -204,6 +204,7 @@ ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info
     std::copy(of.box_max.begin(), of.box_max.end(), filled.box_max);
     filled.diagonal = of.diagonal;
     filled.max_domain_error = of.max_domain_error;
+    filled.has_input_order = of.has_input_order ? 1 : 0;
     fill(info, filled, "the dataset info");
   });
 }
@@ -369,6 +370,10 @@ ptet_status ptet_request_set_origins(ptet_request* request, int32_t origins, pte
   return change(request, error, [&](Request& asked) { asked.origins = origins != 0; });
 }
 
+ptet_status ptet_request_set_input_order(ptet_request* request, int32_t input_order, ptet_error** error) {
+  return change(request, error, [&](Request& asked) { asked.input_order = input_order != 0; });
+}
+
 // ---- Extractions
 
 ptet_status ptet_dataset_extract(const ptet_dataset* dataset, const ptet_request* request,
@@ -455,6 +460,11 @@ const uint32_t* ptet_extraction_boundary_faces(const ptet_extraction* extraction
 
 const uint32_t* ptet_extraction_vertices_in_file(const ptet_extraction* extraction) {
   return extraction == nullptr ? nullptr : numbers_of(extraction->extraction.vertex_in_file);
+}
+
+const uint32_t* ptet_extraction_input_vertices(const ptet_extraction* extraction) {
+  if (extraction == nullptr || extraction->extraction.input_vertex.empty()) return nullptr;
+  return extraction->extraction.input_vertex.data();
 }
 
 const uint32_t* ptet_extraction_made_by(const ptet_extraction* extraction) {

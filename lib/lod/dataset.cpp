@@ -2,6 +2,7 @@
 
 #include "lod/dataset_impl.hpp"
 #include "lod/extraction.hpp"
+#include "lod/input_order.hpp"
 #include "lod/provenance.hpp"
 
 #include <algorithm>
@@ -23,6 +24,7 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
   info.blocks = hierarchy.blocks().size();
   info.file_bytes = hierarchy.file_bytes();
   info.position_type = header.position_type;
+  info.has_input_order = header.has_input_order;
   info.box_min = header.box_min;
   info.box_max = header.box_max;
   info.diagonal = header.diagonal;
@@ -83,10 +85,12 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
   Hierarchy& hierarchy = impl_->hierarchy;
   Loader& loader = hierarchy.loader();
   const ResolvedRequest resolved = resolve(request, hierarchy.header());
+  if (request.input_order && !hierarchy.header().has_input_order)
+    throw Error(ErrorCode::kBadArgument, "the file does not keep the order of its input; build it so (keep_order)");
   const Loader::Turn turn(loader);
   while (true) {
     const Cut cut = find_cut(hierarchy, resolved, progress);
-    const auto lock = hierarchy.lock();
+    auto lock = hierarchy.lock();
     // Another thread met a damaged block, and what could not be read again is gone.
     if (!loader.holds(cut.read)) continue;
     Extraction extraction = extract_cut(hierarchy, cut, resolved);
@@ -96,6 +100,10 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
       extraction.limited_by = shortfall.limited_by;
       extraction.failures = std::move(shortfall.failures);
     }
+    lock.unlock();
+    if (request.input_order)
+      put_in_input_order(extraction,
+                         loader.read_apart([](const file::Reader& reader) { return reader.read_input_order(); }));
     extraction.bytes_read = hierarchy.bytes_read();
     extraction.read_requests = hierarchy.read_requests();
     extraction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -41,6 +41,8 @@ public:
 
   const SessionUpdate& update(const Request& request) {
     const auto begin = Clock::now();
+    if (request.input_order)
+      throw Error(ErrorCode::kBadArgument, "a session's slots have an order of their own, not that of the input");
     resolve(request, hierarchy_.header(), request_);
     asked_ = request;
     asked_.max_milliseconds.reset();

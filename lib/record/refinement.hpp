@@ -194,6 +194,8 @@ public:
   [[nodiscard]] std::string validate() const;
 
 private:
+  friend struct RefinementDamage; ///< of the tests: breaks invariants, to see that validate() notices
+
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   /// Bit of a version's state: set once the version is replaced; the rest is then its creator.
   static constexpr std::uint32_t kReplaced = 1U << 31;

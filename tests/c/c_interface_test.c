@@ -228,6 +228,7 @@ static void test_builder(void) {
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_threads(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_memory_limit(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_pieces(NULL, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_keep_order(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_source(NULL, "a", "b", &error));
   CHECK(ptet_builder_set_threads(NULL, 1, NULL) == PTET_BAD_ARGUMENT); /* nobody wants the error */
   CHECK(ptet_bytes_data(NULL) == NULL && ptet_bytes_size(NULL) == 0);
@@ -645,6 +646,42 @@ static void test_whole_extraction(const ptet_dataset* dataset) {
 }
 
 /* Each kind of condition does what it says. */
+/* What was given comes back as it stood, where that is kept. */
+static void test_input_order(const ptet_dataset* without) {
+  ptet_request* request = ptet_request_new();
+  ptet_dataset* dataset = NULL;
+  ptet_extraction* extraction = NULL;
+  SUCCEEDS(ptet_request_set_input_order(request, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_input_order(NULL, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "order", ptet_dataset_extract(without, request, NULL, NULL, &extraction, &error));
+  ptet_builder* builder = quick_builder();
+  SUCCEEDS(ptet_builder_set_keep_order(builder, 1, &error));
+  ptet_bytes* bytes = build(builder);
+  ptet_builder_free(builder);
+  SUCCEEDS(ptet_dataset_open_memory(ptet_bytes_data(bytes), ptet_bytes_size(bytes), NULL, &dataset, &error));
+  ptet_bytes_free(bytes);
+  ptet_dataset_info info = {.struct_size = sizeof info};
+  SUCCEEDS(ptet_dataset_get_info(without, &info, &error));
+  CHECK(info.has_input_order == 0);
+  SUCCEEDS(ptet_dataset_get_info(dataset, &info, &error));
+  CHECK(info.has_input_order == 1);
+  SUCCEEDS(ptet_dataset_extract(dataset, request, NULL, NULL, &extraction, &error));
+  ptet_array positions = {.struct_size = sizeof positions};
+  SUCCEEDS(ptet_extraction_get_positions(extraction, &positions, &error));
+  CHECK(memcmp(positions.data, xyz, sizeof xyz) == 0);
+  CHECK(memcmp(ptet_extraction_tets(extraction), corners, sizeof corners) == 0);
+  const uint32_t* ids = ptet_extraction_input_vertices(extraction);
+  REQUIRE(ids != NULL);
+  for (uint32_t p = 0; p < POINTS; ++p)
+    CHECK(ids[p] == p);
+  ptet_extraction_free(extraction);
+  SUCCEEDS(ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error));
+  CHECK(ptet_extraction_input_vertices(extraction) == NULL && ptet_extraction_input_vertices(NULL) == NULL);
+  ptet_extraction_free(extraction);
+  ptet_dataset_free(dataset);
+  ptet_request_free(request);
+}
+
 static void test_requests(const ptet_dataset* dataset) {
   ptet_request* request = ptet_request_new();
   REQUIRE(request != NULL);
@@ -923,6 +960,7 @@ int main(void) {
   test_dataset(dataset);
   test_requests_refused(dataset);
   test_whole_extraction(dataset);
+  test_input_order(dataset);
   test_requests(dataset);
   test_sessions(dataset);
   ptet_dataset_free(dataset);

@@ -117,9 +117,9 @@ void mutate_section(FileParts& parts, std::size_t most_bytes, Mutator& mutator) 
   Bytes& raw = parts.raw[which];
   const std::size_t size = raw.size();
   mutator.change(raw, size + std::min<std::size_t>(most_bytes, 64));
-  // A model or base of another length is refused at the door.
-  const bool has_fixed_size = FileParts::is(parts.sections[which], SectionKind::kModel) ||
-                              FileParts::is(parts.sections[which], SectionKind::kBase);
+  // A model, base or input order of another length is refused at the door.
+  const auto is = [&](SectionKind kind) { return FileParts::is(parts.sections[which], kind); };
+  const bool has_fixed_size = is(SectionKind::kModel) || is(SectionKind::kBase) || is(SectionKind::kInputOrder);
   if (has_fixed_size && mutator.below(8) != 0) raw.resize(size);
 }
 

@@ -1,7 +1,9 @@
 #include "fuzz/checks.hpp"
 #include "fuzz/targets.hpp"
 
+#include <algorithm>
 #include <exception>
+#include <functional>
 
 namespace ptet::fuzz {
 namespace {
@@ -15,6 +17,29 @@ bool decodes(const Bytes& bytes) {
   } catch (const Error& error) {
     check_refusal(error);
     return false;
+  }
+}
+
+/// Whoever asks for the order of the input gets it, or is told; what is in it is anything.
+void check_input_order(const Dataset& data, Request request) {
+  request.input_order = true;
+  try {
+    const Extraction ordered = data.extract(request);
+    const std::vector<std::uint32_t>& ids = ordered.input_vertex;
+    if (ids.size() != ordered.mesh.vertex_count() || ids.size() != ordered.vertex_in_file.size())
+      fail("the order of the input has another number of vertices");
+    if (!std::is_sorted(ids.begin(), ids.end(), std::less_equal<>()) ||
+        (!ids.empty() && ids.back() >= data.info().vertices))
+      fail("the order of the input is none");
+    request.input_order = false;
+    if (data.extract(request).mesh.tets.size() != ordered.mesh.tets.size())
+      fail("the order of the input has another number of tets");
+    for (const Tet& tet : ordered.mesh.tets)
+      for (const VertexId v : tet)
+        if (v.index() >= ids.size()) fail("a corner in the order of the input is no vertex");
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kBadArgument && !data.info().has_input_order) return;
+    check_refusal(error);
   }
 }
 
@@ -33,6 +58,8 @@ void run_reader(Input input) {
     Request coarsest;
     coarsest.max_tets = 0;
     check_mesh(data->extract(coarsest));
+    check_input_order(*data, {});
+    check_input_order(*data, coarsest);
   } catch (const Error& error) {
     check_refusal(error);
   }

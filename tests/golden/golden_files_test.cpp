@@ -45,6 +45,7 @@ const Golden kFiles[] = {
      [](const Point& p) { return std::exp(p[0] - p[1] * p[1]) * std::sin(7 * p[2]); }},
     {"pinched", 180, 420, 4, "f", [](const Point& p) { return p[0] * p[0] - p[1] * p[2]; }},
     {"sheets", 196, 468, 0, "f", [](const Point& p) { return p[0] * p[1] + p[2]; }},
+    {"ordered", 66, 162, 1, "f", [](const Point& p) { return p[0] + std::sin(4 * p[1]) * p[2]; }},
     {"real", 714, 2869, 0, "t", {}},
 };
 

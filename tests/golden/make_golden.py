@@ -5,6 +5,7 @@ Files of a released version stay as they are and are read for ever, so this is f
 released yet, and for new ones. The inputs are made here but for real.ptet, a corner of fire_ug.vtu (the temperature and
 velocities of a fire in a room).
 """
+import itertools
 import math
 import os
 import pathlib
@@ -107,6 +108,16 @@ def sheets(n=6):
     return points, tets, {"f": ("Float64", [x * y + z for x, y, z in points])}
 
 
+def ordered():
+    """Points and cells in an order that is nobody's, corners in any, some cells inverted, points of no cell: all of that
+    is kept."""
+    points, tets = meshes.grid(3)
+    points = [(5.0, 5.0, 5.0)] + points[::-1] + [(-1.0, 2.0, 0.5)]
+    orders = list(itertools.permutations(range(4)))
+    tets = [[len(points) - 2 - tets[i * 37 % len(tets)][k] for k in orders[i * 7 % 24]] for i in range(len(tets))]
+    return points, tets, {"f": ("Float64", [x + math.sin(4 * y) * z for x, y, z in points])}
+
+
 def real(ptet, work):
     """What lies around the fire in fire_ug, its hexahedra split as ptet does."""
     source = pathlib.Path(os.environ["PTET_DATA"], "fire_ug.vtu").resolve()
@@ -128,6 +139,7 @@ GOLDEN = {  # how the mesh is made, the type of its positions, and the options o
     "no_squared_errors": (double, "Float64", ["--method", "QN", "--evaluate", "vertices"]),
     "pinched": (pinched, "Float32", []),
     "sheets": (sheets, "Float64", ["--max-domain-error", "100%"]),
+    "ordered": (ordered, "Float64", ["--keep-order"]),
     "real": (real, "Float32", ["--field", "t", "--field", "speed", "--max-domain-error", "20%"]),
 }
 

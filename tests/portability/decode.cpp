@@ -123,6 +123,7 @@ void print_extraction(const char* name, const Dataset& data, const Request& requ
   for (const PointArray& array : cut.mesh.point_arrays)
     vertices.add(array);
   vertices.add_all(cut.vertex_in_file);
+  vertices.add_all(cut.input_vertex);
   for (const Tet& tet : cut.mesh.tets)
     tets.add_all(tet);
   for (const auto& face : cut.boundary_faces)
@@ -189,6 +190,9 @@ void print_file(const std::string& path) {
   Session session(data);
   for (const auto& [name, request] : requests)
     print_extraction(name, *data, request);
+  Request ordered;
+  ordered.input_order = true;
+  if (info.has_input_order) print_extraction("in the order of the input", *data, ordered);
   for (const auto& [name, request] : requests)
     print_session(name, session, request);
 }

@@ -83,6 +83,27 @@ class Build(unittest.TestCase):
         for wrong in (0, 65537, 1.5):
             self.assertRaisesRegex(ptet.ArgumentError, "pieces", ptet.build, *cube(), pieces=wrong)
 
+    def test_the_order_of_the_input(self):
+        points, tets, fields = cube()
+        order = np.random.default_rng(3).permutation(len(points))
+        points, fields = points[order], {name: values[order] for name, values in fields.items()}
+        tets = np.argsort(order)[tets][::-1, [2, 0, 3, 1]]  # all of them inverted
+        data = ptet.build(points, tets, fields, keep_order=True).open()
+        self.assertTrue(data.info.has_input_order)
+        whole = data.extract(input_order=True)
+        np.testing.assert_array_equal(whole.points, points)
+        np.testing.assert_array_equal(whole.tets, tets)
+        for name, values in fields.items():
+            np.testing.assert_array_equal(whole.fields[name], values)
+        np.testing.assert_array_equal(whole.input_vertex, np.arange(len(points)))
+        part = data.extract(budget="20%", input_order=True)
+        self.assertLess(len(part.points), len(points))
+        np.testing.assert_array_equal(part.points, points[part.input_vertex])
+        self.assertIsNone(data.extract().input_vertex)
+        without = ptet.open(built())
+        self.assertFalse(without.info.has_input_order)
+        self.assertRaisesRegex(ptet.ArgumentError, "keep the order", without.extract, input_order=True)
+
     def test_a_file_is_the_same_bytes(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "a mésh.ptet"

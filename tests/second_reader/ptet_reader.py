@@ -5,10 +5,12 @@ written without looking there, the specification has a hole. Titles in brackets 
     file = PtetFile(path)            # everything but the blocks
     file.load([0, 3])                # decodes a closed set of blocks; without an argument all of them
     tets = file.tets(applied)        # those of the mesh in which the splits of these records are applied, by vertices
+    ids, tets = file.input_order()   # the vertices' ids in the input, and its tets by these; where the file keeps them
 
 ranks[column][vertex] and values[column][vertex] are what the vertices have, x y z first. A violation raises Corrupt.
 """
 import functools
+import itertools
 import math
 import operator
 import struct
@@ -21,7 +23,8 @@ from xxhash import xxh64_intdigest as hash_of
 
 from ptet_numbers import Bytes, Column, Corrupt, RangeDecoder, clamp, require
 
-KINDS = {1: "arrays", 2: "model", 3: "base", 4: "blocks", 5: "manifest", 6: "table"}
+KINDS = {1: "arrays", 2: "model", 3: "base", 4: "blocks", 5: "manifest", 6: "table", 7: "input order"}
+OPTIONAL = {7}
 truncated = lambda a, b: -(-a // b) if a < 0 else a // b
 total = lambda terms: functools.reduce(lambda a, b: a + b, terms, 0.0)  # newer Pythons' sum() rounds less often
 pattern = lambda x: struct.unpack("<Q", struct.pack("<d", x))[0]
@@ -59,6 +62,7 @@ class PtetFile:
         require(not manifest.left, "bytes behind the manifest")
         self.read_table(Bytes(self.sections["table"]))
         self.read_base(Bytes(self.sections["base"]))
+        require(len(self.sections.get("input order", ())) in (0, 4 * self.w + 5 * self.tet_count), "the input order")
         self.records = {}
 
     def read_header(self):
@@ -82,7 +86,7 @@ class PtetFile:
         require(stated == hash_of(self.data[start:-40]), "the hash of the directory")
         sections, at = {}, 128
         for kind, flags, offset, stored, raw, stated in struct.iter_unpack("<2I4Q", self.data[start:-40]):
-            require(flags == (kind in KINDS), "the flags of a section, or a mandatory one of unknown kind")
+            require(flags == (kind in KINDS and kind not in OPTIONAL), "the flags of a section, or a mandatory one of unknown kind")
             require(offset == at and stored <= start - at and stored <= raw <= 1024 * stored, "a section's place")
             at += stored
             if kind in KINDS:
@@ -90,7 +94,7 @@ class PtetFile:
                 require(name not in sections and (raw == stored or name != "blocks"), f"the section {name}")
                 require(stated == (0 if name == "blocks" else hash_of(content)), f"the hash of the section {name}")
                 sections[name] = content if raw == stored else expand(content, raw)
-        require(at == start and len(sections) == len(KINDS), "a gap in the file, or a section that is not there")
+        require(at == start and {KINDS[kind] for kind in KINDS.keys() - OPTIONAL} <= sections.keys(), "a gap in the file, or a section that is not there")
         return sections
 
     def read_arrays(self, data):
@@ -441,6 +445,19 @@ class PtetFile:
                     drift[s] += truncated(16 * clamp(magnitude - estimate, -4096, 4096) - drift[s], 8)
                 block.last_sign[i], codes[i] = 1 + s, -magnitude if s else magnitude
         return codes
+
+    def input_order(self):
+        """[Input order]"""
+        data, n, t = np.frombuffer(self.sections["input order"], np.uint8), self.w, self.tet_count
+        numbers = lambda planes: np.cumsum(planes.reshape(4, -1).T.copy().view("<u4").ravel(), dtype=np.uint32)
+        vertices, places, corners = numbers(data[:4 * n]), numbers(data[4 * n:4 * (n + t)]), data[4 * (n + t):]
+        require(sorted(vertices) == list(range(n)) and sorted(places) == list(range(t)) and max(corners, default=0) < 24,
+                "the input order")
+        ascending = sorted(sorted(int(vertices[x]) for x in tet) for tet in self.tets(self.records))
+        orders, tets = list(itertools.permutations(range(4))), [None] * t
+        for tet, place, order in zip(ascending, places, corners):
+            tets[place] = [tet[k] for k in orders[order]]
+        return vertices, tets
 
     def tets(self, applied):
         """The tets of the cut in which the records of this closed set are applied [Cuts]."""

@@ -21,9 +21,10 @@ except ImportError as missing:
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True  # leaves the source tree as it is
-sys.path[:0] = [str(HERE), str(HERE.parent / "cli")]
+sys.path[:0] = [str(HERE), str(HERE.parent / "cli"), str(HERE.parent / "golden")]
+import make_golden  # noqa: E402
 import meshes  # noqa: E402
-from ptet_reader import KINDS, Bytes, Corrupt, PtetFile  # noqa: E402
+from ptet_reader import KINDS, OPTIONAL, Bytes, Corrupt, PtetFile  # noqa: E402
 
 PTET = None
 GOLDEN = sorted((HERE.parent / "golden").glob("*.ptet")) + [HERE.parents[1] / "formats" / "ptet" / "example.ptet"]
@@ -201,6 +202,28 @@ class Cuts(Case):
                 self.assertEqual(unused, spare)
                 self.assertEqual(tets.total(), file.tet_count)
 
+    def test_input_order(self):
+        """[Input order]: what was built from, as it stood; of a part of it, which vertices these are."""
+        path = HERE.parent / "golden" / "ordered.ptet"
+        points, tets, _ = make_golden.ordered()
+        file = load(path)
+        ids, mine = file.input_order()
+        self.assertEqual(mine, tets)
+        for x, row in enumerate(ids):
+            self.assertEqual(file.point(x), points[row])
+        self.output("extract", path, "--input-order", "-o", "whole.vtu")
+        positions, arrays, cells = meshes.read_vtu(self.folder / "whole.vtu")
+        self.assertEqual(list(map(tuple, positions.tolist())), points)
+        self.assertEqual(cells.tolist(), tets)
+        self.assertEqual(list(arrays), ["f"])
+        self.output("extract", path, "--input-order", "--tets", "50%", "-o", "part.vtu")
+        positions, arrays, _ = meshes.read_vtu(self.folder / "part.vtu")
+        rows = arrays["input vertex"].ravel().tolist()
+        self.assertEqual(rows, sorted(set(rows)))
+        self.assertLess(len(rows), len(points))
+        self.assertEqual(list(map(tuple, positions.tolist())), [points[row] for row in rows])
+        self.assertEqual(self.ptet("extract", GOLDEN[0], "--input-order").returncode, 2)
+
     def test_error_bounds(self):
         """Cuts by one error, from the blocks alone that they need."""
         for path in GOLDEN:
@@ -247,8 +270,9 @@ class Parts:
         self.file = PtetFile(path)
         self.header = bytearray(self.file.data[:128])
         self.sections = []  # kind, flags, contents
-        for kind, content in self.file.sections.items():
-            self.sections.append([next(k for k, name in KINDS.items() if name == kind), 1, bytearray(content)])
+        for name, content in self.file.sections.items():
+            kind = next(kind for kind, known in KINDS.items() if known == name)
+            self.sections.append([kind, int(kind not in OPTIONAL), bytearray(content)])
         self.footer_reserved, self.blocks_hash = 0, 0
         self.compressed = {}  # what is stored of a kind of section, where it is not the contents
         self.rows = []  # where in the table each block's hash is
@@ -309,6 +333,14 @@ def compress(*cuts):
     return change
 
 
+def with_order(flags, longer=0, times=1):
+    """An input order, all zero: what is in it is not looked at before somebody asks for it."""
+    def change(parts):
+        size = 4 * parts.file.w + 5 * parts.file.tet_count + longer
+        parts.sections += [[7, flags, bytearray(size)] for _ in range(times)]
+    return change
+
+
 def one_more(x):
     return x + 1
 
@@ -341,6 +373,9 @@ VIOLATIONS = {
     "known section that is not mandatory": directory(0, 1, 0),
     "unknown section that is mandatory": lambda parts: parts.sections.append([77, 1, bytearray(3)]),
     "section that is there twice": lambda parts: parts.sections.append(list(parts.sections[0])),
+    "input order marked as mandatory": with_order(1),
+    "input order that is too long": with_order(0, longer=1),
+    "two input orders": with_order(0, times=2),
     "section that is not there": lambda parts: parts.sections.pop(),
     "section of two zstd frames": compress(1000),
     "section of a zstd frame and an empty one": compress(1 << 20),
@@ -408,6 +443,24 @@ class Rejection(Case):
                 violate(parts)
                 self.assertIsNone(self.outcome(parts.assemble()))
                 self.assertEqual(self.ptet("extract", "changed.ptet").returncode, CORRUPT)
+
+    def test_violations_of_the_input_order(self):
+        """Found by who asks for it."""
+        path = HERE.parent / "golden" / "ordered.ptet"
+        file = PtetFile(path)
+        changes = {"a vertex twice": in_section("input order", "B", 1, 0),
+                   "no such vertex": in_section("input order", "B", 3 * file.w, 1),
+                   "a tet twice": in_section("input order", "B", 4 * file.w + 1, 0),
+                   "no such order of corners": in_section("input order", "B", -1, 24)}
+        for name, change in changes.items():
+            with self.subTest(name):
+                parts = Parts(path)
+                change(parts)
+                changed = self.outcome(parts.assemble())
+                self.assertRaises(Corrupt, changed.input_order)
+                self.assertEqual(self.ptet("extract", "changed.ptet", "--input-order").returncode, CORRUPT)
+                self.assertEqual(self.ptet("verify", "changed.ptet").returncode, CORRUPT)
+                self.assertEqual(self.ptet("extract", "changed.ptet").returncode, 0)
 
     def test_skippable_section(self):
         for path in GOLDEN:

@@ -9,6 +9,48 @@
 
 using namespace ptet;
 
+namespace ptet {
+
+/// What no caller can do.
+struct RefinementDamage {
+  static void disown(Refinement& r) { --r.fine_count_[0]; }
+  static void misplace(Refinement& r) { std::swap(r.state_[first_present(r)], r.state_[last_present(r)]); }
+  static void place_nowhere(Refinement& r) { r.state_[first_present(r)] = 1000; }
+  static void unapply_creator(Refinement& r) {
+    *std::find_if(r.state_.begin(), r.state_.end(), [](auto state) { return (state & Refinement::kReplaced) != 0; }) =
+        Refinement::kReplaced | 1;
+  }
+  static void point_beyond(Refinement& r) { neighbour_of_first(r) = 1000; }
+  static void point_elsewhere(Refinement& r) { neighbour_of_first(r) = r.state_[first_present(r)]; }
+  static void point_one_way(Refinement& r) {
+    const std::uint32_t behind = neighbour_of_first(r);
+    auto& back = r.live_[behind].neighbour;
+    *std::find(back.begin(), back.end(), r.state_[first_present(r)]) = Refinement::kNone;
+  }
+  static void add_a_place(Refinement& r) { r.live_.emplace_back(); }
+
+private:
+  static bool is_there(const Refinement& r, std::uint32_t t) { return (r.state_[t] & Refinement::kReplaced) == 0; }
+  static std::uint32_t first_present(const Refinement& r) {
+    std::uint32_t t = 0;
+    while (!is_there(r, t))
+      ++t;
+    return t;
+  }
+  static std::uint32_t last_present(const Refinement& r) {
+    std::uint32_t t = r.version_count() - 1;
+    while (!is_there(r, t))
+      --t;
+    return t;
+  }
+  static std::uint32_t& neighbour_of_first(Refinement& r) {
+    auto& neighbours = r.live_[r.state_[first_present(r)]].neighbour;
+    return *std::find_if(neighbours.begin(), neighbours.end(), [](auto behind) { return behind != Refinement::kNone; });
+  }
+};
+
+} // namespace ptet
+
 namespace {
 
 Tet tet(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
@@ -305,5 +347,28 @@ TEST_CASE("refinement: what is kept when settled is what was there") {
       CHECK(r.link_triangle(RecordId{0}, k) == triangles[k]);
     CHECK(r.base_kinds(RecordId{0}) == kHasTets);
     CHECK(r.vertices(VersionId{0}) == tets[0]);
+  }
+}
+
+TEST_CASE("refinement: validate() sees every kind of damage") {
+  struct Damage {
+    void (*make)(Refinement&);
+    const char* told;
+  };
+  const Damage kinds[] = {{RefinementDamage::disown, "not among those of the record"},
+                          {RefinementDamage::misplace, "is not where its state says"},
+                          {RefinementDamage::place_nowhere, "is not where its state says"},
+                          {RefinementDamage::unapply_creator, "replaced by a record that is not applied"},
+                          {RefinementDamage::point_beyond, "a neighbour that is not there"},
+                          {RefinementDamage::point_elsewhere, "do not share their face"},
+                          {RefinementDamage::point_one_way, "is not a neighbour of its neighbour"},
+                          {RefinementDamage::add_a_place, "places for"}};
+  for (const Damage& damage : kinds) {
+    Refinement r({tet(0, 1, 2, 3)}, 4, 2);
+    std::vector<GrowthFace> asked;
+    split_single_tet(r, asked);
+    REQUIRE(r.validate().empty());
+    damage.make(r);
+    CHECK_THAT(r.validate(), Catch::Contains(damage.told));
   }
 }

@@ -34,6 +34,7 @@ struct Arguments {
   std::optional<std::string> objective;
   std::optional<std::string> max_star;
   std::optional<std::string> pieces;
+  bool keep_order = false;
   std::optional<std::string> threads;
   std::optional<std::string> memory_limit;
   std::optional<std::string> checkpoint;
@@ -134,6 +135,7 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.max_star) {
     wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 8, 4096));
   }
+  wishes.options.keep_order = arguments.keep_order;
   if (arguments.pieces) {
     wishes.options.pieces = static_cast<std::uint32_t>(parse_whole("--pieces", *arguments.pieces, 1, 65536));
     if (wishes.options.pieces > 1 && arguments.checkpoint)
@@ -289,6 +291,7 @@ void print_json(const Outcome& outcome) {
   json["predict"] = name_of(options.prediction);
   json["evaluate"] = name_of(options.evaluation);
   json["objective"] = simulates(options) ? Json(name_of(options.objective)) : Json();
+  json["keep_order"] = options.keep_order;
   json["notes"] = notes;
   json["base"] = {{"vertices", build.base_vertices}, {"tets", build.base_tets}};
   json["records"] = build.records;
@@ -537,6 +540,9 @@ void add_build(CLI::App& program) {
                    "depends on N, not on how the pieces were collapsed:\n"
                    "one after the other, or by the processes of mpirun")
       ->option_text("N");
+  command->add_flag("--keep-order", arguments->keep_order,
+                    "also keep in what order points and cells stood, for\n"
+                    "extract --input-order: some 2 bytes a vertex and 1 to 3\na tet more");
   command
       ->add_option("--threads", arguments->threads,
                    "worker threads; 0: as many as the machine has (0).\nThe file does not depend on it")

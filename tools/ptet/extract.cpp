@@ -15,6 +15,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 
 namespace ptet::cli {
 namespace {
@@ -37,6 +38,7 @@ struct Arguments {
   std::optional<std::string> pixels;
   std::optional<std::string> outside;
   bool errors = false;
+  bool input_order = false;
   bool salvage = false;
   bool json = false;
 };
@@ -120,7 +122,7 @@ Wishes parse(const Arguments& arguments) {
   return wishes;
 }
 
-Request request_for(const Wishes& wishes, const DatasetInfo& info, bool with_errors) {
+Request request_for(const Wishes& wishes, const DatasetInfo& info, const Arguments& arguments) {
   std::vector<std::string> all, governing;
   for (const FieldInfo& field : info.fields) {
     all.push_back(field.name);
@@ -133,7 +135,12 @@ Request request_for(const Wishes& wishes, const DatasetInfo& info, bool with_err
   if (wishes.vertices) request.max_vertices = wishes.vertices->of(info.vertices);
   for (const ValuesOfInterest& values : request.values)
     check_field("--isovalue, --values", values.field, all, governing);
-  request.origins = with_errors;
+  request.origins = arguments.errors;
+  request.input_order = arguments.input_order;
+  if (arguments.input_order && !info.has_input_order) {
+    throw Error(ErrorCode::kBadArgument,
+                "--input-order: the file does not keep the order of its input; build it with --keep-order");
+  }
   return request;
 }
 
@@ -166,6 +173,15 @@ std::vector<CellArray> error_arrays(const std::string& path, const Extraction& e
   return arrays;
 }
 
+/// Of a part of the original, as a point array; all of it says so by its order.
+void name_input_vertices(Extraction& extraction) {
+  if (extraction.input_vertex.empty() || extraction.limited_by == LimitedBy::kNothing) return;
+  PointArray array{"input vertex", ScalarType::kUInt32, 1, {}};
+  const auto bytes = std::as_bytes(std::span(extraction.input_vertex));
+  array.bytes.assign(bytes.begin(), bytes.end());
+  extraction.mesh.point_arrays.push_back(std::move(array));
+}
+
 /// Why the mesh is coarser than asked; nothing when it is not.
 std::optional<Error> shortfall_of(const Extraction& extraction, bool salvage) {
   if (extraction.complete) return std::nullopt;
@@ -191,7 +207,7 @@ void run(const Arguments& arguments) {
   const auto begin = Clock::now();
   const auto dataset = Dataset::open(arguments.input);
   outcome.info = dataset->info();
-  outcome.request = request_for(wishes, outcome.info, arguments.errors);
+  outcome.request = request_for(wishes, outcome.info, arguments);
   outcome.extraction = dataset->extract(outcome.request, progress.callback());
   outcome.seconds = seconds_since(begin);
   const std::optional<Error> shortfall = shortfall_of(outcome.extraction, arguments.salvage);
@@ -201,6 +217,7 @@ void run(const Arguments& arguments) {
   if (kind != OutputKind::kNone) progress.stage("writing");
   if (kind == OutputKind::kVolume) {
     WriteOptions options;
+    name_input_vertices(outcome.extraction);
     if (arguments.errors) options.cell_arrays = error_arrays(arguments.input, outcome.extraction);
     write_mesh(target, outcome.extraction.mesh, options, progress.callback());
   } else if (kind == OutputKind::kSurface) {
@@ -229,6 +246,7 @@ constexpr const char* kExamples = R"(Examples:
   ptet extract fire.ptet --view eye=9,-40,20:at=0,0,5:size=1280x720 --pixels 2 --outside 10 -o seen.vtu
   ptet extract fire.ptet --tets 20000 -o skin.stl
   ptet extract fire.ptet --field-error 0.1% --json
+  ptet extract fire.ptet --input-order -o fire_again.vtu
   ptet extract damaged.ptet --salvage -o what_is_left.vtu
 
 A block of the file that is damaged, or cannot be read, is an error, and nothing is written. With --salvage the mesh is
@@ -324,6 +342,10 @@ void add_extract(CLI::App& program) {
   command->add_flag(
       "--errors", arguments->errors,
       "add for each field a cell array with the error of each\ntet (.vtu and .vtk); reads all of the file");
+  command->add_flag("--input-order", arguments->input_order,
+                    "vertices in the order of the mesh that the file was\n"
+                    "built from, and of the original its cells, too; of less\n"
+                    "than that a point array says which they are. Needs a\nfile built with --keep-order");
   command->add_flag(
       "--salvage", arguments->salvage,
       "write the mesh also where blocks of the file are damaged,\ncoarser there; the exit code still tells");

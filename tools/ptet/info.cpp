@@ -185,6 +185,7 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
   json["blocks"] = info.blocks;
   json["box"] = {{"min", info.box_min}, {"max", info.box_max}};
   json["diagonal"] = info.diagonal;
+  json["has_input_order"] = info.has_input_order;
   json["fields"] = fields;
   json["max_domain_error"] = info.max_domain_error;
   json["manifest"] = Json::parse(info.provenance_json);

@@ -8,6 +8,7 @@
 #include "formats/ptet/stated_errors.hpp"
 #include "formats/ptet/verification.hpp"
 #include "formats/vtk/read.hpp"
+#include "ptet/dataset.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -149,6 +150,13 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   for (const std::string& wrong : findings.wrong)
     outcome.wrongs.add({wrong, {}, {}, {}, {}});
   outcome.notes.insert(outcome.notes.end(), findings.notes.begin(), findings.notes.end());
+  if (outcome.wrongs.total() > 0 || !verified.reader->header().has_input_order) return;
+  Request all;
+  all.input_order = true;
+  const TetMesh ordered = Dataset::open(arguments.input)->extract(all).mesh;
+  if (ordered.positions.bytes != original.positions.bytes || ordered.point_arrays != original.point_arrays ||
+      ordered.tets != original.tets)
+    outcome.wrongs.add({"the order that is kept is not that of the original", {}, {}, {}, {}});
 }
 
 Json json_of(const file::StatedErrors& errors) {
@@ -252,7 +260,8 @@ the stated errors, which are measured once more: a field error over all of each 
 from the original boundary. Errors that the builder did not evaluate exactly are no bounds, and may be passed. What lies
 behind damage that cannot be read past is not looked at, and that is said. With --original: that full refinement gives
 the same vertices, positions and values bit for bit, and the same tets; their order may differ, and inverted tets of the
-original are turned. Exit code 4 when anything is wrong.
+original are turned, but where the file keeps the order of its input: then all comes out as it went in. Exit code 4 when
+anything is wrong.
 )";
 
 } // namespace

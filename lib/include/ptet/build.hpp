@@ -105,6 +105,9 @@ struct BuildOptions {
   /// output depends on the number, not on where the pieces were collapsed (ptet/pieces_build.hpp). No checkpoints are
   /// kept.
   std::uint32_t pieces = 1;
+  /// Also keep in what order vertices, tets and their corners stood, so that the original comes back in that order
+  /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and 1 to 3 a tet.
+  bool keep_order = false;
   /// Worker threads; 0: as many as the machine has. The output does not depend on it.
   unsigned threads = 0;
   /// The most resident memory that the process may come to, in bytes; 0: no limit. The build is refused when it is

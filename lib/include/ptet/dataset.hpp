@@ -50,6 +50,7 @@ struct DatasetInfo {
   std::uint64_t blocks = 0;
   std::uint64_t file_bytes = 0;
   ScalarType position_type = ScalarType::kFloat32;
+  bool has_input_order = false; ///< see Request::input_order
   std::vector<FieldInfo> fields;
   Point box_min{};
   Point box_max{};
@@ -70,6 +71,9 @@ struct Extraction {
   TetMesh mesh; ///< only the vertices that its tets use (all of them when it is the original)
   /// For each vertex its id in the file: stable from request to request.
   std::vector<VertexId> vertex_in_file;
+  /// For each vertex its id in the mesh that the file was built from, ascending. Only when Request::input_order is set,
+  /// else empty.
+  std::vector<std::uint32_t> input_vertex;
   /// For each tet the record that made it; none: the tet is an original one, its error is 0. Only when
   /// Request::origins is set, else empty.
   std::vector<RecordId> made_by;
@@ -141,7 +145,8 @@ public:
 
   /// The mesh that answers `request`.
   /// Throws Error: kBadArgument (unknown field, negative or non-finite bound, empty region or interval, a view without
-  /// a direction), kCancelled; std::bad_alloc. Same request, same mesh, whatever was asked before, as long as
+  /// a direction, an order that the file does not keep), kCancelled, and for Request::input_order what reading it
+  /// meets: kIo, kCorruptFile, kLimit; std::bad_alloc. Same request, same mesh, whatever was asked before, as long as
   /// Extraction::complete; only where time is a budget it depends on the machine. Cost: proportional to the mesh and to
   /// the blocks first read.
   [[nodiscard]] Extraction extract(const Request& request, const ProgressCallback& progress = {}) const;

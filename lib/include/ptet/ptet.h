@@ -137,6 +137,8 @@ typedef struct ptet_dataset_info {
   double box_max[3];
   double diagonal;         /* of that box: what relative domain errors refer to */
   double max_domain_error; /* of the coarsest mesh, mesh units */
+  int32_t has_input_order; /* 1: the file keeps the order of its input (ptet_request_set_input_order) */
+  uint32_t reserved;       /* 0 */
 } ptet_dataset_info;
 
 typedef struct ptet_field_info {
@@ -252,6 +254,10 @@ typedef struct ptet_view {
 ptet_status ptet_request_set_view(ptet_request* request, const ptet_view* view, ptet_error** error);
 /* Not 0: also say which record made each tet (ptet_extraction_made_by), which reads all of the file. */
 ptet_status ptet_request_set_origins(ptet_request* request, int32_t origins, ptet_error** error);
+/* Not 0: vertices in the order of the mesh that the file was built from (ptet_extraction_input_vertices) and, where all
+ * of it is there, tets and their corners, too, however these were oriented: what was given, byte for byte. Only of a
+ * file that keeps it (ptet_dataset_info.has_input_order), not of a session: else PTET_BAD_ARGUMENT. */
+ptet_status ptet_request_set_input_order(ptet_request* request, int32_t input_order, ptet_error** error);
 
 /* ---- Extraction ---- */
 
@@ -329,6 +335,9 @@ const uint32_t* ptet_extraction_tets(const ptet_extraction* extraction);
 const uint32_t* ptet_extraction_boundary_faces(const ptet_extraction* extraction);
 /* For each vertex its number in the file, which is the same in every extraction. */
 const uint32_t* ptet_extraction_vertices_in_file(const ptet_extraction* extraction);
+/* For each vertex its number in the mesh that the file was built from, ascending. NULL when the request did not ask for
+ * it (ptet_request_set_input_order). */
+const uint32_t* ptet_extraction_input_vertices(const ptet_extraction* extraction);
 /* For each tet the record that made it, UINT32_MAX when it is an original one, whose error is 0. NULL when the request
  * did not ask for it (ptet_request_set_origins). */
 const uint32_t* ptet_extraction_made_by(const ptet_extraction* extraction);

@@ -117,6 +117,12 @@ struct Request {
   /// Also fill Extraction::made_by, keep Session::made_by(), and state the errors achieved as tightly as they are
   /// known. This reads all of the file: what made a tet is often told by a record that is not needed for the mesh.
   bool origins = false;
+
+  /// Vertices in the order of the mesh that the file was built from, and, where all of it is there, its tets and their
+  /// corners, too: byte for byte what was given. Also fill Extraction::input_vertex. Only of a file that keeps it
+  /// (DatasetInfo::has_input_order); not of a Session, whose slots have an order of their own. Reads what the file has
+  /// of it, all at once, each time, and after a loading that is under way.
+  bool input_order = false;
 };
 // A request that asks for nothing at all asks for the original mesh.
 

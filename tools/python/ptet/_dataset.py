@@ -61,6 +61,7 @@ class DatasetInfo:
         records, blocks: vertex splits, and the blocks that they are stored in.
         file_bytes: size of the file.
         point_dtype: type of the coordinates.
+        has_input_order: whether the file keeps the order of its input, see Dataset.extract.
         fields: a FieldInfo each.
         box_min, box_max, diagonal: of the original's bounding box, mesh units.
         max_field_error, base_rms_error: of the coarsest mesh, by governing field, in its units.
@@ -76,6 +77,7 @@ class DatasetInfo:
     blocks: int
     file_bytes: int
     point_dtype: np.dtype[Any]
+    has_input_order: bool
     fields: list[FieldInfo]
     box_min: tuple[float, float, float]
     box_max: tuple[float, float, float]
@@ -121,6 +123,7 @@ class Dataset:
     def extract(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
                 focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
                 view: View | None = None, budget: Budget | int | None = None, origins: bool = False,
+                input_order: bool = False,
                 progress: Optional[Callable[[str, int, int], Any]] = None) -> Extraction:
         """The mesh that answers a request: conforming, as coarse as what is asked allows. With nothing asked it is
         the original, bit for bit. Same request, same mesh, whatever was asked before.
@@ -137,6 +140,9 @@ class Dataset:
             budget: a Budget, or a number of tets; refining stops where it would be passed. With no bounds that is the
                 mesh with the smallest error that the builder had at that size.
             origins: fills Extraction.made_by, and states errors as tightly as they are known. Reads all of the file.
+            input_order: vertices in the order of the mesh that the file was built from, and, where all of it is there,
+                its tets and their corners, too, however oriented: what was given, byte for byte. Fills
+                Extraction.input_vertex. Only of a file that keeps it: `build(keep_order=True)`.
             progress: called as of `build`; returning False raises Cancelled.
 
         Raises:
@@ -146,7 +152,8 @@ class Dataset:
         """
         request = make_request(self.info.vertices, self.info.tets, error=error, domain_error=domain_error, focus=focus,
                                values=values, view=view, budget=budget, origins=origins)
-        extraction = Extraction(self._core.extract(request, progress), self.info, origins)
+        request.input_order = bool(input_order)
+        extraction = Extraction(self._core.extract(request, progress), self.info, origins, request.input_order)
         if not (extraction.complete or self.salvage):
             _raise_shortfall(extraction)
         return extraction

@@ -56,6 +56,8 @@ class Extraction:
         tets: (m, 4) uint32, rows of `points`, positively oriented.
         boundary_faces: (k, 3) uint32, rows of `points`, counter-clockwise seen from outside.
         vertex_ids: (n,) uint32: the vertices' numbers in the file, the same in every extraction.
+        input_vertex: (n,) uint32: the vertices' rows in the mesh that the file was built from, ascending; None unless
+            `input_order` was asked for.
         made_by: (m,) uint32: the record that made each tet, 0xFFFFFFFF when it is an original one, whose error is 0;
             None unless `origins` was asked for.
         field_error: by governing field the largest error, in its units. In a file built with evaluation "exact" no
@@ -79,6 +81,7 @@ class Extraction:
     tets: npt.NDArray[np.uint32]
     boundary_faces: npt.NDArray[np.uint32]
     vertex_ids: npt.NDArray[np.uint32]
+    input_vertex: npt.NDArray[np.uint32] | None
     made_by: npt.NDArray[np.uint32] | None
     field_error: dict[str, float]
     rms_error: dict[str, float]
@@ -94,7 +97,7 @@ class Extraction:
     read_requests: int
     seconds: float
 
-    def __init__(self, core: _core.Extraction, info: DatasetInfo, origins: bool) -> None:
+    def __init__(self, core: _core.Extraction, info: DatasetInfo, origins: bool, input_order: bool = False) -> None:
         names = info.governing
 
         def part(errors: tuple[list[float], float]) -> PartErrors:
@@ -105,6 +108,7 @@ class Extraction:
         self.tets = core.tets
         self.boundary_faces = core.boundary_faces
         self.vertex_ids = core.vertex_ids
+        self.input_vertex = core.input_vertex if input_order else None
         self.made_by = core.made_by if origins else None
         self.field_error = dict(zip(names, core.field_error))
         self.rms_error = dict(zip(names, core.rms_error))

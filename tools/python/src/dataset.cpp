@@ -87,6 +87,7 @@ py::dict to_dict(const DatasetInfo& info) {
   dict["blocks"] = info.blocks;
   dict["file_bytes"] = info.file_bytes;
   dict["point_dtype"] = dtype_of(info.position_type);
+  dict["has_input_order"] = info.has_input_order;
   dict["fields"] = fields;
   dict["box_min"] = py::tuple(py::cast(info.box_min));
   dict["box_max"] = py::tuple(py::cast(info.box_max));
@@ -119,6 +120,7 @@ void bind_request(py::module_& module) {
       .def_readwrite("max_bytes", &Request::max_bytes)
       .def_readwrite("max_milliseconds", &Request::max_milliseconds)
       .def_readwrite("origins", &Request::origins)
+      .def_readwrite("input_order", &Request::input_order)
       .def("add_box",
            [](Request& request, const Point& min, const Point& max, const PlainBound& error,
               const std::optional<PlainBound>& falloff) {
@@ -166,6 +168,9 @@ void bind_extraction(py::module_& module) {
   const auto vertices = [](const py::object& self) {
     return view_ids(self.cast<const Extraction&>().vertex_in_file, self);
   };
+  const auto input_vertex = [](const py::object& self) {
+    return view_ids(self.cast<const Extraction&>().input_vertex, self);
+  };
   const auto made_by = [](const py::object& self) { return view_ids(self.cast<const Extraction&>().made_by, self); };
   py::class_<Extraction>(module, "Extraction")
       .def_property_readonly("points", points)
@@ -173,6 +178,7 @@ void bind_extraction(py::module_& module) {
       .def_property_readonly("tets", tets)
       .def_property_readonly("boundary_faces", faces)
       .def_property_readonly("vertex_ids", vertices)
+      .def_property_readonly("input_vertex", input_vertex)
       .def_property_readonly("made_by", made_by)
       .def_readonly("field_error", &Extraction::field_error)
       .def_readonly("rms_error", &Extraction::rms_error)

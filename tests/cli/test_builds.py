@@ -1,0 +1,375 @@
+"""What builds and measurements come to, as a user has them: methods, checkpoints, memory, errors measured, real meshes.
+Usage: test_builds.py PTET [unittest options]
+
+Real meshes are looked for in the folder that PTET_DATA names (default: shared/data beside the source tree)."""
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+sys.dont_write_bytecode = True  # leaves the source tree as it is
+import case  # noqa: E402
+import meshes  # noqa: E402
+from case import Case, program  # noqa: E402
+
+DATA = pathlib.Path(os.environ.get("PTET_DATA") or
+                    pathlib.Path(__file__).resolve().parents[3] / "shared" / "data")
+
+METHODS = {  # predict, evaluate
+    "exact": ("exact", "exact"), "LN": ("local", "none"), "GN": ("gradient", "none"), "QN": ("quadric", "none"),
+    "BF": ("simulate", "vertices"), "BFS": ("simulate", "samples"), "staadt-gross": ("weighted-sum", "none"),
+    "trotts": ("per-tet", "none"),
+}
+
+
+class Checkpoints(Case):
+    def interrupted(self, *arguments, name=signal.SIGTERM):
+        """Starts a build that keeps checkpoints, and sends it the signal once there is one."""
+        checkpoint = self.folder / "b.ckpt"
+        with subprocess.Popen([program(), "build", "grid.vtu", "--checkpoint", checkpoint.name, "--checkpoint-every", "0",
+                               *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+            while not checkpoint.exists() and run.poll() is None:
+                time.sleep(0.001)
+            run.send_signal(name)
+            out, err = run.communicate(timeout=120)
+        self.assertEqual((run.returncode, out), (130, b""), err)
+        self.assertIn(b"ptet: interrupted; what was done is in 'b.ckpt'", err)
+        self.assertIn(b"--resume", err)
+        self.assertEqual(self.files(), ["b.ckpt", "grid.vtu"])
+
+    def test_a_build_goes_on_after_a_signal(self):
+        self.grid(12)
+        self.ptet("build", "grid.vtu", "-o", "whole.ptet", "-q")
+        whole = (self.folder / "whole.ptet").read_bytes()
+        (self.folder / "whole.ptet").unlink()
+        for name in [signal.SIGTERM, signal.SIGINT]:
+            with self.subTest(signal=name):
+                self.interrupted(name=name)
+                report = self.json("build", "grid.vtu", "--checkpoint", "b.ckpt", "--resume", "--threads", "1")
+                self.assertGreater(report["resumed_records"], 0)
+                self.assertGreater(report["checkpoints"]["bytes"], 0)
+                self.assertEqual(self.files(), ["grid.ptet", "grid.vtu"])
+                self.assertEqual((self.folder / "grid.ptet").read_bytes(), whole)
+                (self.folder / "grid.ptet").unlink()
+
+    def test_what_does_not_fit_is_refused(self):
+        self.grid(12)
+        self.interrupted()
+        kept = (self.folder / "b.ckpt").read_bytes()
+        resume = ["build", "grid.vtu", "--checkpoint", "b.ckpt", "--resume"]
+        self.refused(2, *resume, "--max-star", "40", says=["max-star 64", "40"])
+        self.refused(2, *resume, "--field", "bumpy", says=["field"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint", "b.ckpt", says=["there already", "--resume"])
+        self.refused(6, "build", "grid.vtu", "--checkpoint", "c.ckpt", "--resume", says=["c.ckpt"])
+        self.refused(2, "build", "grid.vtu", "--resume", says=["--resume", "--checkpoint FILE"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint-every", "5m", says=["--checkpoint FILE"])
+        for bad in ["", "5d", "-1", "x", "inf"]:
+            self.refused(2, "build", "grid.vtu", "--checkpoint", "c.ckpt", f"--checkpoint-every={bad}",
+                         says=["--checkpoint-every"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint", "grid.vtu", says=["input"])
+        self.refused(2, "build", "grid.vtu", "--checkpoint", "grid.ptet", says=["output"])
+        self.grid(11)
+        self.refused(2, *resume, says=["another mesh"])
+        self.grid(12)
+        for damaged in [kept[:-1], kept[:10], kept[:300] + b"x" + kept[301:], b"", b"what is this"]:
+            (self.folder / "b.ckpt").write_bytes(damaged)
+            self.refused(4, *resume, says=["b.ckpt", "cannot be used"])
+        self.assertEqual(self.files(), ["b.ckpt", "grid.vtu"])
+
+
+class Memory(Case):
+    def test_what_a_build_takes_was_foreseen(self):
+        self.grid(22)  # 64 thousand tets: the program itself is no more than half of it
+        for arguments in [["--method", "QN"], ["--threads", "2", "--target-vertices", "40%"],
+                          ["--field", "smooth", "--evaluate", "vertices", "--threads", "1"]]:
+            with self.subTest(arguments):
+                report = self.json("build", "grid.vtu", *arguments)
+                peak, foreseen = report["peak_memory_bytes"], report["foreseen_memory_bytes"]
+                self.assertEqual(report["peak_memory_bytes_per_tet"], peak / report["input"]["tets"])
+                self.assertGreater(peak, 200 * report["input"]["tets"])
+                if b"__asan_init" in pathlib.Path(program()).read_bytes():
+                    continue  # there is more than the program asks for
+                self.assertLessEqual(peak, foreseen)
+                self.assertLessEqual(foreseen, 1.3 * peak + 40e6)  # the program and its libraries do not grow
+
+    def test_a_limit_is_kept_before_it_is_passed(self):
+        self.grid(16)
+        self.ptet("build", "grid.vtu", "-q")
+        whole = (self.folder / "grid.ptet").read_bytes()
+        self.ptet("build", "grid.vtu", "-q", "--memory-limit", "64GiB")
+        self.assertEqual((self.folder / "grid.ptet").read_bytes(), whole)
+        (self.folder / "grid.ptet").unlink()
+        # The head of the file is enough; then the counts of the mesh, before anything is made of it.
+        self.refused(5, "build", "grid.vtu", "--memory-limit", "1M", says=["reading 24,576 cells", "allows 1,000,000"])
+        self.refused(5, "build", "grid.vtu", "--memory-limit", "40M", "--threads", "2",
+                     says=["24576 tets", "would take up to", "the limit is 40 MB"])
+        self.assertEqual(self.files(), ["grid.vtu"])
+
+
+class Methods(Case):
+    def built(self, *arguments):
+        """The report of a build of the grid; the file's own word on how it was built must be the same."""
+        report = self.json("build", "grid.vtu", *arguments)
+        self.ptet("verify", "grid.ptet", "--original", "grid.vtu")
+        options = self.json("info", "grid.ptet")["manifest"]["options"]
+        self.assertEqual((options["predict"], options["evaluate"], options.get("objective")),
+                         (report["predict"], report["evaluate"], report["objective"]))
+        return report
+
+    def test_all_by_name(self):
+        self.grid(5)
+        built = set()
+        for method, ways in METHODS.items():
+            with self.subTest(method):
+                report = self.built("--method", method)
+                self.assertEqual((report["method"], report["predict"], report["evaluate"]), (method, *ways))
+                simulates = ways[0] in ("exact", "simulate")
+                self.assertEqual(report["objective"], "both" if simulates else None)
+                self.assertEqual(report["simulations"] > 0, simulates)
+                self.assertEqual(report["exact_evaluations"] > 0, method == "exact")
+                self.assertGreater(report["records"], 100)
+                self.assertIn(f"{method}: predict {ways[0]}, evaluate {ways[1]}",
+                              self.ptet("build", "grid.vtu", "--method", method).stdout)
+                built.add((self.folder / "grid.ptet").read_bytes())
+        self.assertEqual(len(built), len(METHODS))
+
+    def test_exact_is_the_default(self):
+        self.grid(4)
+        self.assertEqual(self.built()["method"], "exact")
+        default = (self.folder / "grid.ptet").read_bytes()
+        for arguments in [["--method", "exact"], ["--predict", "exact"], ["--evaluate", "exact"],
+                          ["--objective", "both"]]:
+            self.built(*arguments)
+            self.assertEqual((self.folder / "grid.ptet").read_bytes(), default)
+
+    def test_objectives(self):
+        self.grid(8)
+        for method in ["exact", "BF"]:
+            files = set()
+            for objective in ["max", "rms", "both"]:
+                self.assertEqual(self.built("--method", method, "--objective", objective)["objective"], objective)
+                files.add((self.folder / "grid.ptet").read_bytes())
+            self.assertEqual(len(files), 3)
+
+    def test_the_two_axes(self):
+        self.grid(4)
+        for predict in ["local", "gradient", "quadric", "simulate", "weighted-sum", "per-tet"]:
+            report = self.built("--predict", predict)
+            self.assertEqual((report["predict"], report["evaluate"], report["method"]), (predict, "exact", None))
+        # An evaluation by itself goes with quadrics, for ours measures everywhere.
+        for evaluate in ["none", "vertices", "samples"]:
+            report = self.built("--evaluate", evaluate)
+            self.assertEqual((report["predict"], report["evaluate"]), ("quadric", evaluate))
+            self.assertEqual(report["method"], "QN" if evaluate == "none" else None)
+        report = self.built("--method", "BF", "--evaluate", "samples")
+        self.assertEqual(report["method"], "BFS")
+        report = self.built("--method", "LN", "--evaluate", "exact")
+        self.assertEqual((report["predict"], report["evaluate"]), ("local", "exact"))
+
+    def test_what_is_refused(self):
+        self.grid(2)
+        names = {"--method": METHODS, "--objective": ["max", "rms", "both"],
+                 "--predict": [predict for predict, _ in METHODS.values()],
+                 "--evaluate": ["exact", "samples", "vertices", "none"]}
+        for option, known in names.items():
+            for wrong in ["", "nope", "EXACT", "ex"]:
+                with self.subTest(option=option, wrong=wrong):
+                    self.refused(2, "build", "grid.vtu", option, wrong,
+                                 says=[option, f"'{wrong}'", *(f"'{name}'" for name in known)])
+        for evaluate in ["none", "vertices", "samples"]:
+            for chosen in ["--method", "--predict"]:
+                self.refused(2, "build", "grid.vtu", chosen, "exact", "--evaluate", evaluate,
+                             says=["--evaluate exact", "--predict"])
+        self.refused(2, "build", "grid.vtu", "--method", "BF", "--predict", "exact", says="--evaluate exact")
+        self.assertEqual(self.files(), ["grid.vtu"])
+
+
+class Measure(Case):
+    """ORIGINAL is a cube of side 1 with 6 x 6 x 6 cells; SIMPLIFIED is what each test makes of it."""
+
+    def cube(self, name, n, fields, origin=(0.0, 0.0, 0.0), turned=()):
+        points, tets = meshes.grid(n, origin)
+        for t in turned:
+            tets[t] = [tets[t][i] for i in (1, 0, 2, 3)]
+        meshes.vtu(self.folder / name, points, tets, fields(points))
+
+    @staticmethod
+    def quadratic(points):
+        return {"q": ("Float64", [x * x for x, _, _ in points]),
+                "flow": ("Float32", [(x, 2 * y, z) for x, y, z in points])}
+
+    def test_quadratic_field_on_a_coarser_grid(self):
+        self.cube("fine.vtu", 8, self.quadratic)
+        self.cube("coarse.vtu", 2, self.quadratic)
+        report = self.json("measure", "fine.vtu", "coarse.vtu")
+        # x^2 interpolated over cells of 1/2 and of 1/8: apart most in the middle of the large ones, by (1/4)^2.
+        inside = report["inside"]["fields"]
+        self.assertAlmostEqual(inside["q"]["max"], 1 / 16, delta=1e-12)
+        self.assertAlmostEqual(inside["q"]["max_percent"], 100 / 16, delta=1e-9)
+        # The two are a parabola's chords; the square of their difference, integrated cell by cell in x.
+        def chord(x, h):
+            low = min(int(x / h), round(1 / h) - 1) * h
+            return low * low + (x - low) * (2 * low + h)
+        knots = [i / 8 for i in range(9)]
+        square = sum((b - a) / 3 * (f * f + f * g + g * g) for a, b in zip(knots, knots[1:])
+                     for f, g in [(chord(a, 0.5) - a * a, chord(b, 0.5) - b * b)])
+        self.assertAlmostEqual(inside["q"]["rms"], square ** 0.5, delta=1e-12)
+        self.assertLess(inside["flow"]["max"], 1e-7)
+        self.assertAlmostEqual(report["ranges"]["flow"], 6 ** 0.5, delta=1e-6)
+        self.assertAlmostEqual(report["overlap"]["volume"], 1, delta=1e-12)
+        self.assertEqual(report["outside"]["vertices"] + report["outside"]["points"], 0)
+        self.assertLess(report["hausdorff"]["symmetric"]["upper"], 1e-8)
+        self.assertTrue(report["simplified"]["validity"]["valid"])
+        self.assertEqual(report["simplified"]["validity"]["euler_characteristic"], 1)
+        text = self.ptet("measure", "fine.vtu", "coarse.vtu", "--field", "q").stdout
+        for word in ["6.25%", "exact", "Euler characteristic 1", "manifold"]:
+            self.assertIn(word, text)
+        self.assertNotIn("flow", text)
+
+    def test_samples(self):
+        self.cube("fine.vtu", 6, self.quadratic)
+        self.cube("coarse.vtu", 2, self.quadratic)
+        exact = self.json("measure", "fine.vtu", "coarse.vtu", "--exact")["inside"]["fields"]["q"]
+        runs = [self.json("measure", "fine.vtu", "coarse.vtu", "--samples", 20000, "--seed", seed, "--threads", threads)
+                for seed, threads in [(1, 1), (1, 3), (2, 1)]]
+        found = [run["inside"]["fields"]["q"] for run in runs]
+        self.assertEqual(found[0], found[1])
+        self.assertNotEqual(found[0], found[2])
+        self.assertEqual(runs[0]["inside"]["points"], 20000)
+        self.assertLessEqual(found[0]["max"], exact["max"] + 1e-12)
+        self.assertAlmostEqual(found[0]["rms"], exact["rms"], delta=0.02 * exact["rms"])
+
+    def test_a_shifted_mesh(self):
+        self.cube("fine.vtu", 4, self.quadratic)
+        self.cube("shifted.vtu", 4, self.quadratic, origin=(0.25, 0.0, 0.0))
+        report = self.json("measure", "fine.vtu", "shifted.vtu", "--field", "q")
+        self.assertAlmostEqual(report["overlap"]["volume"], 0.75, delta=1e-12)
+        self.assertEqual(report["outside"]["vertices"], 25)
+        self.assertAlmostEqual(report["outside"]["fields"]["q"]["max"], 1 / 16, delta=1e-12)  # (1/4)^2 against 0
+        for way in ["original_to_simplified", "simplified_to_original", "symmetric"]:
+            bounds = report["hausdorff"][way]
+            self.assertLessEqual(bounds["lower"], 0.25 + 1e-12)
+            self.assertGreaterEqual(bounds["upper"], 0.25 - 1e-12)
+            self.assertLessEqual(bounds["upper"], 1.0101 * bounds["lower"])
+
+    def test_defects_are_counted(self):
+        self.cube("fine.vtu", 2, self.quadratic)
+        self.cube("turned.vtu", 2, self.quadratic, turned=[3, 5])
+        validity = self.json("measure", "fine.vtu", "turned.vtu")["simplified"]["validity"]
+        self.assertFalse(validity["valid"])
+        self.assertEqual(validity["inverted_tets"], 2)
+        self.cube("mirrored.vtu", 2, self.quadratic, turned=range(48))  # all of them: another convention
+        mirrored = self.json("measure", "fine.vtu", "mirrored.vtu")
+        self.assertTrue(mirrored["simplified"]["validity"]["valid"])
+        self.assertIn("convention", mirrored["notes"][0])
+        self.assertLess(mirrored["inside"]["fields"]["q"]["max"], 1e-12)
+        points, tets = meshes.grid(2)
+        meshes.vtu(self.folder / "crossed.vtu", [*points, *((x + 0.3, y + 0.3, z + 0.3) for x, y, z in points)],
+                   [*tets, *([v + len(points) for v in tet] for tet in tets)])
+        report = self.json("measure", "fine.vtu", "crossed.vtu")
+        self.assertGreater(report["simplified"]["validity"]["boundary_self_intersections"], 0)
+        self.assertEqual(report["simplified"]["validity"]["components"], 2)
+        self.assertIn("no floating-point field", report["notes"][0])
+        self.assertFalse(any("intersects itself" in note for note in report["notes"]))
+        report = self.json("measure", "crossed.vtu", "fine.vtu")
+        self.assertTrue(any("intersects itself" in note for note in report["notes"]))
+
+    def test_errors_as_a_mesh(self):
+        self.cube("fine.vtu", 4, self.quadratic)
+        self.cube("coarse.vtu", 2, self.quadratic)
+        self.ptet("measure", "fine.vtu", "coarse.vtu", "--errors", "errors.vtu")
+        fields = {field["name"]: field for field in self.json("info", "errors.vtu")["fields"]}
+        self.assertAlmostEqual(fields["q error"]["max"], 1 / 16, delta=1e-12)
+        self.assertEqual(fields["q error"]["min"], 0)
+        self.assertIn("flow error", fields)
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "errors.vtk", says=".vtu")
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "fine.vtu", says="fine.vtu")
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "coarse.vtu", says="coarse.vtu")
+        self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "e.vtu", "--samples", 9, says="--errors")
+        self.assertEqual(self.files(), ["coarse.vtu", "errors.vtu", "fine.vtu"])
+
+    def test_what_cannot_be_compared(self):
+        self.cube("fine.vtu", 2, self.quadratic)
+        self.cube("far.vtu", 2, self.quadratic, origin=(3.0, 0.0, 0.0))
+        self.cube("other.vtu", 2, lambda points: {"scalars": ("Float64", [x * x for x, _, _ in points]),
+                                                  "flow": ("Float32", [x for x, _, _ in points])})
+        for extra in [[], ["--samples", 50]]:
+            self.refused(3, "measure", "fine.vtu", "far.vtu", *extra, says=["overlap", "(3, 0, 0) to (4, 1, 1)"])
+        self.refused(2, "measure", "fine.vtu", "other.vtu", "--field", "p", says=["'p'", "'q' and 'flow'"])
+        self.refused(2, "measure", "fine.vtu", "other.vtu", "--field", "q", says=["'q'", "other.vtu", "'scalars'"])
+        self.refused(3, "measure", "fine.vtu", "other.vtu", "--field", "flow", says=["3 components", "and 1"])
+        self.refused(2, "measure", "fine.vtu", "fine.vtu", "--samples", 5, "--exact", says="--exact")
+        for option, values in {"--samples": ["0", "-1", "x", "1%"], "--seed": ["-1", "x"], "--threads": ["-1"],
+                               "--tolerance": ["0%", "1", "nan%", "-1%"]}.items():
+            for value in values:
+                with self.subTest(option=option, value=value):
+                    self.refused(2, "measure", "fine.vtu", "fine.vtu", f"{option}={value}", says=option)
+        self.refused(6, "measure", "fine.vtu", "missing.vtu", says="missing.vtu")
+        report = self.json("measure", "fine.vtu", "other.vtu", "--field", "q=scalars")
+        self.assertEqual(report["inside"]["fields"]["q"]["max"], 0)
+        self.assertIn("flow", self.json("measure", "fine.vtu", "other.vtu")["notes"][0])
+
+
+class RealMeshes(Case):
+    def mesh(self, name):
+        path = DATA / name
+        if not path.exists():
+            self.skipTest(f"{path} is not there; PTET_DATA names the folder of the real meshes")
+        return path
+
+    def test_from_mesh_to_levels_and_back(self):
+        fire = self.mesh("fire_ug.vtu")
+        report = self.json("build", fire, "-o", "fire.ptet")
+        self.assertTrue(self.json("verify", "fire.ptet", "--original", fire)["ok"])
+        for options in [["--field-error", "1%"], ["--vertices", "5%"], ["--tets", "2000"],
+                        ["--field-error", "5%", "--focus", "sphere:0,0,0,1"]]:
+            with self.subTest(options):
+                extracted = self.json("extract", "fire.ptet", *options, "-o", "out.vtu")
+                info = self.json("info", "out.vtu")
+                self.assertEqual((info["vertices"], info["tets"]), (extracted["vertices"], extracted["tets"]))
+                self.assertEqual([f["code"] for f in info["findings"] if f["severity"] != "note"], [])
+        self.assertEqual(self.json("extract", "fire.ptet")["tets"], report["input"]["tets"])
+
+    def test_an_interrupt_leaves_nothing_behind(self):
+        motorbike = self.mesh("motorbike.vtu")
+        for name, after in [(signal.SIGINT, 0.2), (signal.SIGINT, 3.0), (signal.SIGTERM, 6.0)]:
+            with self.subTest(signal=name, after=after):
+                with subprocess.Popen([program(), "build", str(motorbike), "-o", "m.ptet"], cwd=self.folder,
+                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+                    time.sleep(after)
+                    run.send_signal(name)
+                    sent = time.monotonic()
+                    out, err = run.communicate(timeout=120)
+                self.assertEqual(run.returncode, 130, err)
+                self.assertLess(time.monotonic() - sent, 60)
+                self.assertEqual((out, err), (b"", b"ptet: interrupted; nothing was written\n"))
+                self.assertEqual(self.files(), [])
+
+    def test_an_interrupted_measure_leaves_nothing_behind(self):
+        motorbike = self.mesh("motorbike.vtu")
+        for after in [0.5, 8.0]:
+            with self.subTest(after=after):
+                with subprocess.Popen([program(), "measure", str(motorbike), str(motorbike), "--errors", "e.vtu"],
+                                      cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+                    time.sleep(after)
+                    run.send_signal(signal.SIGINT)
+                    out, err = run.communicate(timeout=120)
+                self.assertEqual((run.returncode, out), (130, b""), err)
+                self.assertEqual(err, b"ptet: interrupted; nothing was written\n")
+                self.assertEqual(self.files(), [])
+
+    def test_a_second_interrupt_kills_at_once(self):
+        motorbike = self.mesh("motorbike.vtu")
+        with subprocess.Popen([program(), "build", str(motorbike), "-o", "m.ptet"], cwd=self.folder,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+            time.sleep(1.0)
+            run.send_signal(signal.SIGINT)
+            time.sleep(0.1)
+            run.send_signal(signal.SIGINT)
+            self.assertIn(run.wait(timeout=10), (-signal.SIGINT, 130))
+
+
+if __name__ == "__main__":
+    case.main()
