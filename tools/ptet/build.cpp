@@ -542,7 +542,7 @@ void add_build(CLI::App& program) {
       ->option_text("N");
   command->add_flag("--keep-order", arguments->keep_order,
                     "also keep in what order points and cells stood, for\n"
-                    "extract --input-order: some 2 bytes a vertex and 1 to 3\na tet more");
+                    "extract --input-order: some 2 bytes a vertex and up to 3\na tet more");
   command
       ->add_option("--threads", arguments->threads,
                    "worker threads; 0: as many as the machine has (0).\nThe file does not depend on it")

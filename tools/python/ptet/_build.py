@@ -189,7 +189,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         pieces: the mesh is cut in so many pieces, which are collapsed one after the other before the whole; 1: it is
             one. The bytes depend on it, with the same guarantees. 1 to 65536.
         keep_order: also keep in what order points, tets and their corners stand, so that they come back in it where
-            that is asked for: `Dataset.extract(input_order=True)`. Takes some 2 bytes a point and 1 to 3 a tet.
+            that is asked for: `Dataset.extract(input_order=True)`. Takes some 2 bytes a point and up to 3 a tet.
         source_name, source_hash: where the mesh comes from, kept in the file as they are.
         progress: see ProgressCallback.
 

@@ -33,6 +33,7 @@ def build(
     threads: int,
     memory_limit: int,
     pieces: int,
+    keep_order: bool,
     source_name: str,
     source_hash: str,
     progress: Callable[[str, int, int], Any] | None,

@@ -123,8 +123,7 @@ class Dataset:
     def extract(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
                 focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
                 view: View | None = None, budget: Budget | int | None = None, origins: bool = False,
-                input_order: bool = False,
-                progress: Optional[Callable[[str, int, int], Any]] = None) -> Extraction:
+                input_order: bool = False, progress: Optional[Callable[[str, int, int], Any]] = None) -> Extraction:
         """The mesh that answers a request: conforming, as coarse as what is asked allows. With nothing asked it is
         the original, bit for bit. Same request, same mesh, whatever was asked before.
 
