@@ -12,7 +12,7 @@ using Permutation = std::array<std::uint8_t, 4>;
 constexpr std::size_t kPermutations = 24;
 
 const std::array<Permutation, kPermutations>& permutations() {
-  static const auto all = [] {
+  static const auto kSorted = [] {
     std::array<Permutation, kPermutations> sorted{};
     Permutation next{0, 1, 2, 3};
     for (Permutation& permutation : sorted) {
@@ -21,7 +21,7 @@ const std::array<Permutation, kPermutations>& permutations() {
     }
     return sorted;
   }();
-  return all;
+  return kSorted;
 }
 
 std::uint8_t number_of_corners(const Tet& given, const Tet& ascending) {

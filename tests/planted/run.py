@@ -2,6 +2,7 @@
 """Plants bugs, one at a time, and looks whether the tests find them.
 
     tests/planted/run.py [--build DIR] [--jobs N] [--programs NAME...] [--] [TITLE-PART...]
+    tests/planted/run.py --check     only whether each bug can still be planted in the sources as they are here
 
 Works on a copy of the committed sources, in build-planted, so nothing here is touched. Each bug of bugs.txt is built
 into the libraries, and golden_tests, unit_tests, fuzz_tests and the property tests are linked and run one after the
@@ -61,16 +62,26 @@ def found_by(build, programs, environment, jobs):
     return None
 
 
+def check_place(title, file, text, old):
+    if text.count(old) != 1:
+        sys.exit(f"{title}: the lines to be taken out stand {text.count(old)} times in {file}, not once")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build-planted", metavar="DIR")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="compilers at a time")
     parser.add_argument("--programs", nargs="+", default=PROGRAMS, choices=PROGRAMS, help="look with these alone")
+    parser.add_argument("--check", action="store_true", help="only whether each bug can still be planted")
     parser.add_argument("titles", nargs="*", metavar="TITLE-PART", help="only bugs with one of these in their titles")
     arguments = parser.parse_args()
 
     bugs = [bug for bug in read_bugs((HERE / "bugs.txt").read_text())
             if not arguments.titles or any(part in bug[0] for part in arguments.titles)]
+    if arguments.check:
+        for title, file, old, _ in bugs:
+            check_place(title, file, (ROOT / file).read_text(), old)
+        return 0
     source = arguments.build.resolve() / "source"
     build = source / "build"
     if not source.exists():
@@ -90,8 +101,7 @@ def main():
     for title, file, old, new in bugs:
         path = source / file
         text = path.read_text()
-        if text.count(old) != 1:
-            sys.exit(f"{title}: the lines to be taken out stand {text.count(old)} times in {file}, not once")
+        check_place(title, file, text, old)
         start = time.monotonic()
         path.write_text(text.replace(old, new))
         by = found_by(build, arguments.programs, environment, arguments.jobs)
