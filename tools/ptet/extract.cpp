@@ -1,11 +1,9 @@
 // ptet extract: one mesh out of a .ptet file, and an honest account of what was asked and what was achieved.
 #include "arguments.hpp"
-#include "blocks.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "extract_report.hpp"
 #include "files.hpp"
-#include "formats/ptet/reader.hpp"
 #include "formats/surface/write.hpp"
 #include "formats/vtk/write.hpp"
 #include "ptet/dataset.hpp"
@@ -145,30 +143,13 @@ Request request_for(const Wishes& wishes, const DatasetInfo& info, const Argumen
 }
 
 /// For each governing field the error of each tet: that of the collapse that made it; 0 for an original tet.
-std::vector<CellArray> error_arrays(const std::string& path, const Extraction& extraction) {
-  file::Reader reader(file::open_file(path));
-  file::Content content = reader.read_base();
-  const std::vector<file::BlockInfo>& blocks = reader.blocks();
-  std::vector<std::uint32_t> wanted;
-  for (const RecordId record : extraction.made_by) {
-    if (record.is_none()) continue;
-    const std::uint32_t block = block_of(blocks, record);
-    if (wanted.empty() || wanted.back() != block) wanted.push_back(block);
-  }
-  reader.load(with_needs(blocks, std::move(wanted)), content);
-
+std::vector<CellArray> error_arrays(const Dataset& dataset, const Extraction& extraction) {
   std::vector<CellArray> arrays;
-  for (const file::ArrayInfo& array : reader.header().arrays) {
-    if (!array.governing) continue;
-    const std::size_t column = arrays.size();
-    std::vector<double> errors(extraction.made_by.size(), 0);
-    for (std::size_t t = 0; t < errors.size(); ++t) {
-      const RecordId record = extraction.made_by[t];
-      if (record.is_none()) continue;
-      const std::size_t row = std::size_t{record.index()} * content.errors_per_record;
-      errors[t] = decode_error(content.own[row + column], array.range);
-    }
-    arrays.push_back({"error of " + array.name, std::move(errors)});
+  for (const FieldInfo& field : dataset.info().fields) {
+    if (!field.governing) continue;
+    std::vector<double> errors(extraction.made_by.size());
+    dataset.origin_values(extraction.made_by, OriginValue::kFieldError, arrays.size(), errors);
+    arrays.push_back({"error of " + field.name, std::move(errors)});
   }
   return arrays;
 }
@@ -218,7 +199,7 @@ void run(const Arguments& arguments) {
   if (kind == OutputKind::kVolume) {
     WriteOptions options;
     name_input_vertices(outcome.extraction);
-    if (arguments.errors) options.cell_arrays = error_arrays(arguments.input, outcome.extraction);
+    if (arguments.errors) options.cell_arrays = error_arrays(*dataset, outcome.extraction);
     write_mesh(target, outcome.extraction.mesh, options, progress.callback());
   } else if (kind == OutputKind::kSurface) {
     write_surface(target, outcome.extraction.mesh, outcome.extraction.boundary_faces);

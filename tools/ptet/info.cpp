@@ -1,6 +1,5 @@
 // ptet info: what a mesh is and what a build would make of it, or what a .ptet file holds.
 #include "arguments.hpp"
-#include "blocks.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
