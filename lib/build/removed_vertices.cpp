@@ -5,9 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/point.hpp>
+#include <boost/geometry/index/rtree.hpp>
 
 namespace ptet::build {
 using namespace vec;
+namespace bgi = boost::geometry::index;
 namespace {
 
 /// Barycentric coordinates above this count as inside: rounding at shared faces.
@@ -15,11 +21,21 @@ constexpr double kInside = -1e-10;
 /// Errors below this fraction of the range are rounding.
 constexpr double kRounding = 1e-13;
 
+using IndexPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
+
 } // namespace
+
+/// The points that lie outside, by place.
+struct RemovedVertices::OutsideIndex {
+  bgi::rtree<std::pair<IndexPoint, Vertex>, bgi::linear<16>> points;
+};
 
 RemovedVertices::RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal)
     : positions_(positions), fields_(fields), outside_distance_sq_(1e-20 * diagonal * diagonal),
-      next_(positions.size(), kNone), holder_(positions.size(), kNone), is_outside_(positions.size()) {}
+      next_(positions.size(), kNone), holder_(positions.size(), kNone), is_outside_(positions.size()),
+      outside_(std::make_unique<OutsideIndex>()) {}
+
+RemovedVertices::~RemovedVertices() = default;
 
 void RemovedVertices::hold_samples(WorkingComplex& complex, FieldSamples samples) {
   samples_ = std::move(samples);
@@ -122,14 +138,13 @@ void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> de
         low[i] = std::min(low[i], x[i]);
         high[i] = std::max(high[i], x[i]);
       }
-  namespace bgi = boost::geometry::index;
   const boost::geometry::model::box<IndexPoint> box({low[0], low[1], low[2]}, {high[0], high[1], high[2]});
   const auto is_held_here = [&](Vertex point) {
     return std::any_of(cells.begin(), cells.end(), [&](const Cell& cell) { return cell.slot == holder_[point]; }) ||
            std::find(deleted.begin(), deleted.end(), holder_[point]) != deleted.end();
   };
   std::array<double, 4> weight{};
-  for (auto it = outside_.qbegin(bgi::intersects(box)); it != outside_.qend(); ++it) {
+  for (auto it = outside_->points.qbegin(bgi::intersects(box)); it != outside_->points.qend(); ++it) {
     const Vertex point = it->second;
     if (is_held_here(point)) continue;
     for (std::uint32_t c = 0; c < cells.size(); ++c) {
@@ -157,7 +172,7 @@ void RemovedVertices::simulate(const WorkingComplex& complex, Vertex vs, Vertex 
       for (std::uint32_t point = complex.slot(s).first_point; point != kNone; point = next_[point])
         hold(point, simulation);
   simulation.captured_begin_ = simulation.held_.size();
-  if (boundary_moves && !outside_.empty()) hold_outside_points_now_covered(deleted, simulation);
+  if (boundary_moves && !outside_->points.empty()) hold_outside_points_now_covered(deleted, simulation);
   std::transform(simulation.errors_inside_.begin(), simulation.errors_inside_.end(), simulation.errors_outside_.begin(),
                  simulation.errors_.begin(), [](double inside, double outside) { return std::max(inside, outside); });
 }
@@ -188,9 +203,9 @@ void RemovedVertices::commit(WorkingComplex& complex, std::span<const SlotId> de
     const Point& p = position(held.point);
     const std::pair<IndexPoint, Vertex> entry{IndexPoint(p[0], p[1], p[2]), held.point};
     if (held.outside)
-      outside_.insert(entry);
+      outside_->points.insert(entry);
     else
-      outside_.remove(entry);
+      outside_->points.remove(entry);
   }
 }
 

@@ -11,18 +11,19 @@
 #include "build/normalized_fields.hpp"
 #include "build/working_complex.hpp"
 
+#include <memory>
 #include <span>
 #include <vector>
-
-#include <boost/geometry.hpp>
-#include <boost/geometry/geometries/point.hpp>
-#include <boost/geometry/index/rtree.hpp>
 
 namespace ptet::build {
 
 class RemovedVertices {
 public:
   RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal);
+  ~RemovedVertices();
+  RemovedVertices(const RemovedVertices&) = delete;
+  RemovedVertices& operator=(const RemovedVertices&) = delete;
+
   /// From now on `samples` are looked at too; each is held by its original tet. Before the first collapse.
   void hold_samples(WorkingComplex& complex, FieldSamples samples);
 
@@ -71,9 +72,7 @@ public:
   void commit(WorkingComplex& complex, std::span<const SlotId> deleted, const Simulation& simulation);
 
 private:
-  using IndexPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
-  using OutsideIndex = boost::geometry::index::rtree<std::pair<IndexPoint, Vertex>, boost::geometry::index::linear<16>>;
-
+  struct OutsideIndex;
   using Cell = Simulation::Cell;
 
   [[nodiscard]] static double least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight);
@@ -100,7 +99,7 @@ private:
   std::vector<std::uint32_t> next_; ///< by point (vertices, then samples): the next one that the same tet holds
   std::vector<SlotId> holder_;      ///< by point: the tet that holds it
   std::vector<char> is_outside_;    ///< by point
-  OutsideIndex outside_;            ///< the points that lie outside
+  std::unique_ptr<OutsideIndex> outside_;
 };
 
 } // namespace ptet::build
