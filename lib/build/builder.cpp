@@ -1,40 +1,33 @@
 #include "build/builder.hpp"
 
+#include "build/boundary_check.hpp"
 #include "build/boundary_surface.hpp"
 #include "build/candidates.hpp"
 #include "build/certify.hpp"
 #include "build/checkpoint.hpp"
+#include "build/choose_predictor.hpp"
 #include "build/collapse_cost.hpp"
 #include "build/cut_conflicts.hpp"
 #include "build/describe_options.hpp"
+#include "build/error_limits.hpp"
 #include "build/field_samples.hpp"
-#include "build/gradient_predictor.hpp"
-#include "build/local_predictor.hpp"
 #include "build/memory_need.hpp"
 #include "build/mesh_scales.hpp"
 #include "build/normalized_fields.hpp"
-#include "build/per_tet_predictor.hpp"
 #include "build/piece_decisions.hpp"
 #include "build/process_memory.hpp"
-#include "build/quadric_predictor.hpp"
 #include "build/removed_vertices.hpp"
 #include "build/report.hpp"
 #include "build/trial.hpp"
-#include "build/weighted_sum_predictor.hpp"
 #include "build/working_complex.hpp"
 #include "mesh/shape.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
-#include <compare>
-#include <limits>
 #include <memory>
-#include <numeric>
 #include <optional>
-#include <type_traits>
 #include <utility>
 
 #include <oneapi/tbb/blocked_range.h>
@@ -50,9 +43,6 @@ namespace {
 constexpr unsigned kMostThreads = 1024;
 /// Collapses made again between two reports of progress.
 constexpr std::size_t kReplayBatch = 4096;
-/// Without thresholds from the user, a domain error of this fraction of the diagonal weighs as much as a field error
-/// of the whole range.
-constexpr double kDomainPerField = 1;
 /// An evaluation is given up once its error is so many times the round's cost: it would be put back anyway, and the
 /// factor keeps it from coming up again at once. Later, at 2, costs a tenth more time and 2% of the mean square.
 constexpr double kGiveUpAt = 1.2;
@@ -61,52 +51,11 @@ constexpr std::size_t kMeasuredBetweenLooks = 2048;
 /// So many stars are examined at once: enough to share out, and few enough to stay in a cache until they are collapsed.
 constexpr std::size_t kClaims = 256;
 
-/// Largest allowed error of each field, as a fraction of its range; infinite where there is no limit.
-std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedFields& fields,
-                                 const std::vector<FieldBound>& bounds) {
-  std::vector<double> limits(fields.field_count(), std::numeric_limits<double>::infinity());
-  for (const FieldBound& bound : bounds) {
-    if (!(bound.bound.value >= 0)) throw Error(ErrorCode::kBadArgument, "a field error limit must be a number >= 0");
-    bool found = false;
-    for (std::size_t f = 0; f < limits.size(); ++f) {
-      const GoverningField& field = fields.fields()[f];
-      if (!bound.field.empty() && prepared.mesh.point_arrays[field.array].name != bound.field) continue;
-      limits[f] = std::min(limits[f], bound.bound.absolute(field.range) / field.range);
-      found = true;
-    }
-    if (!found && !bound.field.empty())
-      throw Error(ErrorCode::kBadArgument, "a limit was given for '" + bound.field + "', which is no governing field");
-  }
-  return limits;
-}
-
 template <class F>
 double seconds_of(F&& f) {
   const auto start = std::chrono::steady_clock::now();
   f();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// What predicts by something else than quadrics; null where these predict, or choose what is simulated.
-std::unique_ptr<Predictor> other_predictor(const BuildOptions& options, const WorkingComplex& complex,
-                                           const PreparedMesh& prepared, const NormalizedFields& fields,
-                                           double diagonal, std::vector<double> weights, double domain_weight,
-                                           const MeshScales* whole) {
-  const auto make = [&]<class P>(std::type_identity<P>) -> std::unique_ptr<Predictor> {
-    return std::make_unique<P>(complex, prepared.points, fields, diagonal, std::move(weights), domain_weight);
-  };
-  switch (options.prediction) {
-  case Prediction::kLocal: return make(std::type_identity<LocalPredictor>{});
-  case Prediction::kGradient: return make(std::type_identity<GradientPredictor>{});
-  case Prediction::kWeightedSum:
-    return std::make_unique<WeightedSumPredictor>(complex, prepared.points, fields, diagonal, std::move(weights),
-                                                  domain_weight, WeightedSumPredictor::Weights{}, whole);
-  case Prediction::kPerTet: return make(std::type_identity<PerTetPredictor>{});
-  case Prediction::kQuadric:
-  case Prediction::kSimulate:
-  case Prediction::kExact: break;
-  }
-  return nullptr;
 }
 
 class Builder {
@@ -117,25 +66,17 @@ public:
       : prepared_(prepared), options_(options), report_(report), progress_(progress), checkpoints_(options.checkpoint),
         frozen_(prepared.frozen), fields_(prepared, options.fields, whole != nullptr ? &whole->field_range : nullptr),
         scales_(whole != nullptr ? *whole : scales_of(prepared, fields_)), diagonal_(scales_.diagonal),
-        field_limit_(field_limits(prepared, fields_, options.max_field_error)),
-        domain_limit_(options.max_domain_error.absolute(diagonal_)),
+        limits_(prepared, fields_, options, diagonal_),
         complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
         surface_(complex_, prepared.points, diagonal_, frozen_,
                  bounds_domain_error() ? DomainError::kBound : DomainError::kSampled),
-        removed_(prepared.points, fields_, diagonal_), cost_(options.objective, field_weights()),
-        touched_(prepared.used_vertex_count + 1, 0), claimed_(prepared.used_vertex_count + 1, 0),
-        alive_count_(prepared.used_vertex_count) {
-    if (evaluates_exactly() || (has_field_limits() && options.evaluation == Evaluation::kExact))
+        boundary_(complex_, surface_, limits_.domain()), removed_(prepared.points, fields_, diagonal_),
+        predictor_(choose_predictor(options.prediction, complex_, prepared.points, fields_, diagonal_,
+                                    limits_.field_weights(), limits_.domain_weight(), whole)),
+        cost_(options.objective, limits_.field_weights()), touched_(prepared.used_vertex_count + 1, 0),
+        claimed_(prepared.used_vertex_count + 1, 0), alive_count_(prepared.used_vertex_count) {
+    if (evaluates_exactly() || (limits_.bound_fields() && options.evaluation == Evaluation::kExact))
       exact_.emplace(prepared, fields_.view());
-    predictor_ =
-        other_predictor(options, complex_, prepared, fields_, diagonal_, field_weights(), domain_weight(), whole);
-    if (!predictor_) {
-      auto quadrics = std::make_unique<QuadricPredictor>(
-          complex_, prepared.points, fields_, diagonal_, field_weights(), domain_weight(),
-          options.prediction == Prediction::kQuadric ? QuadricWeight::kRootOfVolume : QuadricWeight::kVolume, whole);
-      quadrics_ = quadrics.get();
-      predictor_ = std::move(quadrics);
-    }
     if (options.evaluation == Evaluation::kSamples)
       removed_.hold_samples(complex_, whole != nullptr ? std::move(samples)
                                                        : field_samples(prepared.mesh.tets, prepared.points, fields_));
@@ -147,10 +88,11 @@ public:
       known_.resize(prepared.used_vertex_count);
     }
     // Where errors have limits, what a measurement ends with depends on what it has seen.
-    remembers_ = !has_field_limits();
+    remembers_ = !limits_.bound_fields();
     frozen_.resize(prepared.used_vertex_count);
     candidates_.emplace(
-        complex_, surface_, *predictor_, quadrics_, cost_, options.prediction, options.round_fraction,
+        complex_, surface_, *predictor_.predictor, predictor_.quadrics, cost_, options.prediction,
+        options.round_fraction,
         [this] {
           return Trial(complex_, prepared_.points, removed_, exact_ ? &*exact_ : nullptr, options_.min_quality,
                        options_.max_star);
@@ -216,7 +158,7 @@ private:
   /// What follows the collapses wants the memory.
   void give_up_collapsing() {
     candidates_.reset();
-    predictor_.reset();
+    predictor_ = {};
     exact_.reset();
     slot_squared_ = std::vector<double>(); // {} would keep its memory
     known_.clear();
@@ -238,19 +180,6 @@ private:
 
   [[nodiscard]] bool bounds_domain_error() const { return options_.evaluation == Evaluation::kExact; }
   [[nodiscard]] bool evaluates_exactly() const { return options_.prediction == Prediction::kExact; }
-  [[nodiscard]] std::vector<double> field_weights() const {
-    std::vector<double> weights;
-    for (const double limit : field_limit_)
-      weights.push_back(std::isfinite(limit) && limit > 0 ? 1 / limit : 1.0);
-    return weights;
-  }
-  [[nodiscard]] bool has_field_limits() const {
-    return std::any_of(field_limit_.begin(), field_limit_.end(), [](double x) { return std::isfinite(x); });
-  }
-  [[nodiscard]] double domain_weight() const {
-    // With thresholds for fields, the corner of the growing square is (field limits, domain limit).
-    return has_field_limits() && domain_limit_ > 0 ? diagonal_ / domain_limit_ : 1 / kDomainPerField;
-  }
 
   void begin_stream() {
     stream_.fields = fields_.fields();
@@ -263,18 +192,11 @@ private:
     stream_.fine.reserve(std::size_t{26} * alive_count_);
     for (SlotId s = 0; s < complex_.slot_count(); ++s) {
       Slot& slot = complex_.slot(s);
-      stream_.versions.push_back(ids_of(slot));
+      stream_.versions.push_back(complex_.tet_of(slot));
       if (!complex_.is_ghost(slot))
         slot.quality = static_cast<float>(shape_quality(prepared_.points[slot.v[0]], prepared_.points[slot.v[1]],
                                                         prepared_.points[slot.v[2]], prepared_.points[slot.v[3]]));
     }
-  }
-
-  [[nodiscard]] Tet ids_of(const Slot& slot) const {
-    Tet tet;
-    for (std::size_t i = 0; i < 4; ++i)
-      tet[i] = slot.v[i] == complex_.dummy() ? kDummyVertex : VertexId{slot.v[i]};
-    return tet;
   }
 
   void collapse_all() {
@@ -481,7 +403,7 @@ private:
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const std::span<double> squared(slot_squared_.data() + made[i] * fields, fields);
         std::fill(errors.begin(), errors.end(), 0.0);
-        exact_->measure(ids_of(complex_.slot(made[i])), workspaces.local(), errors, squared);
+        exact_->measure(complex_.tet_of(complex_.slot(made[i])), workspaces.local(), errors, squared);
         for (std::size_t f = 0; f < fields; ++f)
           if (certified(errors[f]) == 0) squared[f] = 0; // where there is no error the integral is rounding
       }
@@ -498,8 +420,8 @@ private:
     double domain_error = 0;
     if (check.moves_boundary()) {
       if (!surface_.collapse_ok(vs, vd)) return false;
-      domain_error = bounds_domain_error() ? bound_domain_error(vs, vd, handover_) : surface_.simulate(vs, vd);
-      if (domain_error > domain_limit_) return false;
+      domain_error = bounds_domain_error() ? boundary_.bound(vs, vd, handover_) : surface_.simulate(vs, vd);
+      if (domain_error > limits_.domain()) return false;
     }
     if (options_.evaluation != Evaluation::kNone) trial.simulate();
     commit(vs, vd, trial, domain_error, nullptr, height_of_record(vs));
@@ -646,7 +568,7 @@ private:
     const bool moves_boundary = trial.check().moves_boundary();
     // What the boundary forbids is cheaper to find out than what a measurement costs.
     if (verdict.status == CollapseStatus::kAccepted && moves_boundary)
-      verdict.status = examine_boundary(trial.check().plan());
+      verdict.status = boundary_.examine(trial.check().plan());
     if (verdict.status != CollapseStatus::kAccepted) return verdict;
     const RemovedVertices::Simulation& seen = trial.simulate();
     verdict.errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
@@ -668,30 +590,25 @@ private:
         growth[f] = (growth[f] - before[f]) / vertex_volume_;
       return std::max({cost_.of_maximum(verdict.errors), cost_.of_maximum(verdict.outside), cost_.of_mean(growth)});
     };
-    std::vector<double> limit = field_limit_;
+    std::vector<double> limit = limits_.field();
     for (std::size_t f = 0; f < fields; ++f)
       limit[f] = std::min(limit[f], cost_.error_at(enough, f));
     if (remembers_ && !known_[vs]) known_[vs] = std::make_unique<KnownVersions>();
     const bool whole = trial.measure(
         verdict.errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known_[vs].get());
-    if (beyond_limit(verdict.errors) || beyond_limit(verdict.outside)) verdict.status = CollapseStatus::kFieldError;
+    if (limits_.passed_by(verdict.errors) || limits_.passed_by(verdict.outside))
+      verdict.status = CollapseStatus::kFieldError;
     verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
     // Not to be taken now, whatever is left of it in a float.
     if (!whole)
       verdict.cost = std::max(static_cast<float>(enough), std::nextafter(candidates_->round_cost(), INFINITY));
     if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= candidates_->round_cost()) {
-      verdict.domain_error = bound_domain_error(vs, half_edge.target, verdict.handover);
-      if (verdict.domain_error > domain_limit_) verdict.status = CollapseStatus::kDomainError;
+      verdict.domain_error = boundary_.bound(vs, half_edge.target, verdict.handover);
+      if (verdict.domain_error > limits_.domain()) verdict.status = CollapseStatus::kDomainError;
     }
     // What is not put back does not come up again.
     if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= candidates_->round_cost()) known_[vs].reset();
     return verdict;
-  }
-
-  [[nodiscard]] bool beyond_limit(const std::vector<double>& errors) const {
-    for (std::size_t f = 0; f < errors.size(); ++f)
-      if (errors[f] > field_limit_[f]) return true;
-    return false;
   }
 
   CollapseStatus counted(CollapseStatus status) {
@@ -706,27 +623,11 @@ private:
   /// What an accepted collapse would do to the boundary.
   [[nodiscard]] Allowed examine_surface(const CollapsePlan& plan) {
     if (!plan.moves_boundary) return {CollapseStatus::kAccepted, 0};
-    if (const CollapseStatus refused = examine_boundary(plan); refused != CollapseStatus::kAccepted)
+    if (const CollapseStatus refused = boundary_.examine(plan); refused != CollapseStatus::kAccepted)
       return {refused, 0};
     if (bounds_domain_error()) return {CollapseStatus::kAccepted, 0};
     const double domain_error = surface_.simulate(plan.vs, plan.vd);
-    return {domain_error > domain_limit_ ? CollapseStatus::kDomainError : CollapseStatus::kAccepted, domain_error};
-  }
-
-  /// What the boundary says, but for how far it moves. Thread rule: const.
-  [[nodiscard]] CollapseStatus examine_boundary(const CollapsePlan& plan) const {
-    if (!surface_.collapse_ok(plan.vs, plan.vd)) return CollapseStatus::kSurfaceTopology;
-    return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, surface_workspaces_.local())
-               ? CollapseStatus::kSelfIntersection
-               : CollapseStatus::kAccepted;
-  }
-
-  /// What bounds the domain error of a collapse, and what the collapse needs of it. Thread rule: const.
-  [[nodiscard]] double bound_domain_error(Vertex vs, Vertex vd, BoundarySurface::Handover& handover) const {
-    BoundarySurface::Workspace& workspace = surface_workspaces_.local();
-    const double bound = surface_.bound(vs, vd, domain_limit_, workspace);
-    if (!(bound > domain_limit_)) handover = BoundarySurface::handover(workspace);
-    return bound;
+    return {domain_error > limits_.domain() ? CollapseStatus::kDomainError : CollapseStatus::kAccepted, domain_error};
   }
 
   /// `measured`: what is known exactly; null: the errors are those at the removed vertices, or as predicted.
@@ -747,7 +648,7 @@ private:
     errors.resize(fields_.field_count());
     outside_errors_.clear();
     if (options_.evaluation == Evaluation::kNone) {
-      predictor_->field_errors(vs, vd, errors);
+      predictor_.predictor->field_errors(vs, vd, errors);
     } else {
       const RemovedVertices::Simulation& seen = trial.simulate();
       const bool everywhere = options_.evaluation == Evaluation::kExact;
@@ -756,19 +657,20 @@ private:
       if (everywhere) outside_errors_.assign(seen.errors_outside().begin(), seen.errors_outside().end());
     }
     if (measured != nullptr) errors = measured->errors;
-    if (beyond_limit(errors) || beyond_limit(outside_errors_)) return CollapseStatus::kFieldError;
+    if (limits_.passed_by(errors) || limits_.passed_by(outside_errors_)) return CollapseStatus::kFieldError;
     if (measured == nullptr && exact_) {
       std::vector<double> everywhere(errors.size());
-      if (!trial.measure(everywhere, nullptr, field_limit_, [] { return false; })) return CollapseStatus::kFieldError;
+      if (!trial.measure(everywhere, nullptr, limits_.field(), [] { return false; }))
+        return CollapseStatus::kFieldError;
     }
     if (check.moves_boundary() && bounds_domain_error()) {
       if (measured != nullptr) {
         domain_error = measured->domain_error;
         handover_ = std::move(measured->handover);
       } else {
-        domain_error = bound_domain_error(vs, vd, handover_);
+        domain_error = boundary_.bound(vs, vd, handover_);
       }
-      if (domain_error > domain_limit_) return CollapseStatus::kDomainError;
+      if (domain_error > limits_.domain()) return CollapseStatus::kDomainError;
     }
     commit(vs, vd, trial, domain_error, measured, height_of_record(vs));
     return CollapseStatus::kAccepted;
@@ -791,7 +693,7 @@ private:
 
     if (measured != nullptr) record_squared_errors(deleted, modified, measured->integrals);
     if (options_.evaluation != Evaluation::kNone) removed_.commit(complex_, deleted, trial.last_simulation());
-    predictor_->collapse(vs, vd, deleted, modified);
+    predictor_.predictor->collapse(vs, vd, deleted, modified);
     complex_.collapse(vs, vd, deleted, modified);
     if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted, handover_);
 
@@ -806,7 +708,7 @@ private:
       slot.version = static_cast<std::uint32_t>(stream_.versions.size());
       slot.quality = check.new_quality()[m];
       slot.height = height;
-      stream_.versions.push_back(ids_of(slot));
+      stream_.versions.push_back(complex_.tet_of(slot));
     }
     if (stream_.versions.size() >= kNone / 2)
       throw Error(ErrorCode::kLimit, "the build makes more tets than 31-bit ids can name");
@@ -848,13 +750,12 @@ private:
   NormalizedFields fields_;
   MeshScales scales_;
   double diagonal_;
-  std::vector<double> field_limit_;
-  double domain_limit_;
+  ErrorLimits limits_;
   WorkingComplex complex_;
   BoundarySurface surface_;
+  BoundaryCheck boundary_;
   RemovedVertices removed_;
-  std::unique_ptr<Predictor> predictor_;
-  const QuadricPredictor* quadrics_ = nullptr; ///< the predictor, where it is one of quadrics
+  ChosenPredictor predictor_;
   CollapseCost cost_;
   std::optional<ExactFieldError> exact_; ///< where errors are measured, or limits hold, everywhere
   std::optional<Candidates> candidates_;
@@ -879,8 +780,6 @@ private:
   bool remembers_ = false;                             ///< whether it is kept
   std::vector<double> record_errors_, outside_errors_; ///< of the collapse in hand
   BoundarySurface::Handover handover_;                 ///< likewise
-  mutable oneapi::tbb::enumerable_thread_specific<BoundarySurface::Workspace> surface_workspaces_{
-      [this] { return BoundarySurface::Workspace(surface_); }};
   RecordStream stream_;
 };
 

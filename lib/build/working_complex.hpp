@@ -48,6 +48,13 @@ public:
   [[nodiscard]] bool is_ghost(const Slot& s) const {
     return s.v[0] == dummy_ || s.v[1] == dummy_ || s.v[2] == dummy_ || s.v[3] == dummy_;
   }
+  /// As records name it.
+  [[nodiscard]] Tet tet_of(const Slot& s) const {
+    Tet tet;
+    for (std::size_t i = 0; i < 4; ++i)
+      tet[i] = s.v[i] == dummy_ ? kDummyVertex : VertexId{s.v[i]};
+    return tet;
+  }
   [[nodiscard]] std::span<const SlotId> star(Vertex v) const {
     const Star& star = stars_[v];
     return {pool_.data() + star.begin, star.size};

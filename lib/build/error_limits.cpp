@@ -1,0 +1,57 @@
+#include "build/error_limits.hpp"
+
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ptet::build {
+namespace {
+
+/// Without thresholds from the user, a domain error of this fraction of the diagonal weighs as much as a field error
+/// of the whole range.
+constexpr double kDomainPerField = 1;
+
+std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedFields& fields,
+                                 const std::vector<FieldBound>& bounds) {
+  std::vector<double> limits(fields.field_count(), std::numeric_limits<double>::infinity());
+  for (const FieldBound& bound : bounds) {
+    if (!(bound.bound.value >= 0)) throw Error(ErrorCode::kBadArgument, "a field error limit must be a number >= 0");
+    bool found = false;
+    for (std::size_t f = 0; f < limits.size(); ++f) {
+      const GoverningField& field = fields.fields()[f];
+      if (!bound.field.empty() && prepared.mesh.point_arrays[field.array].name != bound.field) continue;
+      limits[f] = std::min(limits[f], bound.bound.absolute(field.range) / field.range);
+      found = true;
+    }
+    if (!found && !bound.field.empty())
+      throw Error(ErrorCode::kBadArgument, "a limit was given for '" + bound.field + "', which is no governing field");
+  }
+  return limits;
+}
+
+} // namespace
+
+ErrorLimits::ErrorLimits(const PreparedMesh& prepared, const NormalizedFields& fields, const BuildOptions& options,
+                         double diagonal)
+    : field_(field_limits(prepared, fields, options.max_field_error)),
+      domain_(options.max_domain_error.absolute(diagonal)), diagonal_(diagonal) {}
+
+bool ErrorLimits::bound_fields() const {
+  return std::any_of(field_.begin(), field_.end(), [](double x) { return std::isfinite(x); });
+}
+
+std::vector<double> ErrorLimits::field_weights() const {
+  std::vector<double> weights;
+  for (const double limit : field_)
+    weights.push_back(std::isfinite(limit) && limit > 0 ? 1 / limit : 1.0);
+  return weights;
+}
+
+double ErrorLimits::domain_weight() const {
+  // With thresholds for fields, the corner of the growing square is (field limits, domain limit).
+  return bound_fields() && domain_ > 0 ? diagonal_ / domain_ : 1 / kDomainPerField;
+}
+
+} // namespace ptet::build
