@@ -1,15 +1,14 @@
-// The builder: collapses a mesh in rounds of independent half-edge collapses and records every accepted one.
+// The builder: from a prepared mesh to the records of its collapses.
 //
-//   repeat   predict    the cheapest outgoing half-edge of every vertex whose star has changed   (parallel)
-//            pick       the best part of them, lower dependency height first
-//            measure    method exact only: exact errors of those that do not touch each other; what is not   (parallel)
-//                       among the best any more is put back
-//            check      link condition, orientation, shape, boundary, errors; refuse or ...
-//            collapse   ... commit and record, unless the star was touched in this round
-//   until    the target is reached or a whole sweep accepts nothing
+//   resume      the collapses of a checkpoint      \  made again,
+//   follow      what pieces of the mesh decided    /  without searching
+//   rounds      all other collapses (rounds.hpp)
+//   certify     where they are to be exact and were not measured before: field errors (certify.hpp)
+//   cut         dependencies between records (cut_conflicts.hpp)
 //
-// Source: Cignoni et al. 2000, sections 3 and 4; rounds instead of one greedy sequence keep the records' dependencies
-// short.
+// Who waits is told how far it is; checkpoints are kept between rounds and while errors are certified.
+//
+// Source: Cignoni et al. 2000, sections 3 and 4.
 #pragma once
 
 #include "build/field_samples.hpp"

@@ -1,0 +1,186 @@
+#include "build/collapser.hpp"
+
+#include "mesh/shape.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+namespace ptet::build {
+namespace {
+
+/// So many vertices are to be left.
+std::uint32_t count_of_target(double target, std::uint32_t vertices) {
+  const double count = target < 1 ? target * static_cast<double>(vertices) : target;
+  return static_cast<std::uint32_t>(std::min<double>(std::ceil(count), vertices));
+}
+
+/// Whether errors are measured, or limits hold, everywhere.
+bool wants_exact(const BuildOptions& options, const ErrorLimits& limits) {
+  return options.prediction == Prediction::kExact ||
+         (limits.bound_fields() && options.evaluation == Evaluation::kExact);
+}
+
+} // namespace
+
+Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& fields, const MeshScales* whole,
+                     FieldSamples samples, const BuildOptions& options, RecordStream& records)
+    : prepared_(prepared), fields_(fields), options_(options), records_(records),
+      scales_(whole != nullptr ? *whole : scales_of(prepared, fields)),
+      limits_(prepared, fields, options, scales_.diagonal), cost_(options.objective, limits_.field_weights()),
+      target_count_(count_of_target(options.target_vertices, prepared.used_vertex_count)), frozen_(prepared.frozen),
+      complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
+      surface_(complex_, prepared.points, scales_.diagonal, frozen_,
+               bounds_domain_error() ? DomainError::kBound : DomainError::kSampled),
+      boundary_(complex_, surface_, limits_.domain()), removed_(prepared.points, fields, scales_.diagonal),
+      exact_(wants_exact(options, limits_) ? std::make_unique<ExactFieldError>(prepared, fields.view()) : nullptr),
+      predictor_(choose_predictor(options.prediction, complex_, prepared.points, fields, scales_.diagonal,
+                                  limits_.field_weights(), limits_.domain_weight(), whole)),
+      candidates_(
+          complex_, surface_, *predictor_.predictor, predictor_.quadrics, cost_, options.prediction,
+          options.round_fraction,
+          [this] {
+            return Trial(complex_, prepared_.points, removed_, exact_.get(), options_.min_quality, options_.max_star);
+          },
+          frozen_) {
+  if (options.evaluation == Evaluation::kSamples)
+    removed_.hold_samples(complex_, whole != nullptr ? std::move(samples)
+                                                     : field_samples(prepared.mesh.tets, prepared.points, fields));
+  begin_records();
+}
+
+void Collapser::begin_records() {
+  records_.fields = fields_.fields();
+  records_.diagonal = scales_.diagonal;
+  records_.volume = scales_.volume;
+  records_.original_tet_count = static_cast<std::uint32_t>(prepared_.mesh.tets.size());
+  records_.original_ghost_count = static_cast<std::uint32_t>(prepared_.boundary_faces.size());
+  // A collapse makes some 17 versions and consumes some 22; where there is room for all of them at first, the lists
+  // are never there twice. What is not used takes no memory.
+  records_.versions.reserve(complex_.slot_count() + std::size_t{20} * alive_count());
+  records_.fine.reserve(std::size_t{26} * alive_count());
+  for (SlotId s = 0; s < complex_.slot_count(); ++s) {
+    Slot& slot = complex_.slot(s);
+    records_.versions.push_back(complex_.tet_of(slot));
+    if (!complex_.is_ghost(slot))
+      slot.quality = static_cast<float>(shape_quality(prepared_.points[slot.v[0]], prepared_.points[slot.v[1]],
+                                                      prepared_.points[slot.v[2]], prepared_.points[slot.v[3]]));
+  }
+}
+
+CollapseStatus Collapser::collapse(std::uint32_t round, MeasuredErrors* measured) {
+  Trial& trial = candidates_.trial();
+  const CollapsePlan& plan = trial.check().plan();
+  double domain_error = 0;
+  if (plan.moves_boundary) {
+    if (const CollapseStatus refused = boundary_.examine(plan); refused != CollapseStatus::kAccepted) return refused;
+    if (!bounds_domain_error()) domain_error = surface_.simulate(plan.vs, plan.vd);
+    if (domain_error > limits_.domain()) return CollapseStatus::kDomainError;
+  }
+  find_field_errors(trial, measured);
+  if (limits_.passed_by(field_errors_) || limits_.passed_by(outside_errors_)) return CollapseStatus::kFieldError;
+  if (measured == nullptr && exact_) {
+    std::vector<double> everywhere(field_errors_.size());
+    if (!trial.measure(everywhere, nullptr, limits_.field(), [] { return false; })) return CollapseStatus::kFieldError;
+  }
+  if (plan.moves_boundary && bounds_domain_error()) {
+    if (measured != nullptr) {
+      domain_error = measured->domain;
+      handover_ = std::move(measured->handover);
+    } else {
+      domain_error = boundary_.bound(plan.vs, plan.vd, handover_);
+    }
+    if (domain_error > limits_.domain()) return CollapseStatus::kDomainError;
+  }
+  commit(trial, domain_error, round);
+  return CollapseStatus::kAccepted;
+}
+
+/// Of the half-edge that `trial` has accepted.
+void Collapser::find_field_errors(Trial& trial, const MeasuredErrors* measured) {
+  field_errors_.resize(fields_.field_count());
+  outside_errors_.clear();
+  if (options_.evaluation == Evaluation::kNone) {
+    predictor_.predictor->field_errors(trial.check().plan().vs, trial.check().plan().vd, field_errors_);
+  } else {
+    const RemovedVertices::Simulation& seen = trial.simulate();
+    const bool everywhere = options_.evaluation == Evaluation::kExact;
+    const auto stated = everywhere ? seen.errors_inside() : seen.errors();
+    field_errors_.assign(stated.begin(), stated.end());
+    if (everywhere) outside_errors_.assign(seen.errors_outside().begin(), seen.errors_outside().end());
+  }
+  if (measured != nullptr) field_errors_ = measured->field;
+}
+
+bool Collapser::collapse_again(Vertex vs, Vertex vd, std::uint32_t round) {
+  const std::uint32_t vertices = complex_.vertex_count();
+  if (vs >= vertices || vd >= vertices || vs == vd || !complex_.alive(vs) || !complex_.alive(vd)) return false;
+  Trial& trial = candidates_.trial();
+  const CollapseCheck& check = trial.check();
+  if (trial.examine(vs, vd) != CollapseStatus::kAccepted || check.deleted().empty()) return false;
+  double domain_error = 0;
+  if (check.moves_boundary()) {
+    if (!surface_.collapse_ok(vs, vd)) return false;
+    domain_error = bounds_domain_error() ? boundary_.bound(vs, vd, handover_) : surface_.simulate(vs, vd);
+    if (domain_error > limits_.domain()) return false;
+  }
+  if (options_.evaluation != Evaluation::kNone) trial.simulate();
+  field_errors_.clear();
+  outside_errors_.clear();
+  commit(trial, domain_error, round);
+  return true;
+}
+
+void Collapser::commit(const Trial& trial, double domain_error, std::uint32_t round) {
+  const CollapseCheck& check = trial.check();
+  const Vertex vs = check.plan().vs, vd = check.plan().vd;
+  const auto deleted = check.deleted();
+  const auto modified = check.modified();
+  const std::uint32_t height = height_of_record(vs);
+  for (const std::span<const SlotId> part : {modified, deleted})
+    for (const SlotId s : part)
+      records_.fine.push_back(VersionId{complex_.slot(s).version});
+  candidates_.forget(vd); // its own cost has changed, not only its star
+  for (const LinkVertex& x : check.plan().link)
+    candidates_.change_star(x, vd, height);
+
+  if (options_.evaluation != Evaluation::kNone) removed_.commit(complex_, deleted, trial.last_simulation());
+  predictor_.predictor->collapse(vs, vd, deleted, modified);
+  complex_.collapse(vs, vd, deleted, modified);
+  if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted, handover_);
+
+  records_.removed.push_back(VertexId{vs});
+  records_.target.push_back(VertexId{vd});
+  records_.round.push_back(round);
+  records_.fine_begin.push_back(records_.fine.size());
+  records_.modified_count.push_back(static_cast<std::uint16_t>(modified.size()));
+  records_.coarse_begin.push_back(VersionId{static_cast<std::uint32_t>(records_.versions.size())});
+  for (std::size_t m = 0; m < modified.size(); ++m) {
+    Slot& slot = complex_.slot(modified[m]);
+    slot.version = static_cast<std::uint32_t>(records_.versions.size());
+    slot.quality = check.new_quality()[m];
+    slot.height = height;
+    records_.versions.push_back(complex_.tet_of(slot));
+  }
+  if (records_.versions.size() >= kNone / 2)
+    throw Error(ErrorCode::kLimit, "the build makes more tets than 31-bit ids can name");
+  for (std::size_t f = 0; f < field_errors_.size(); ++f)
+    records_.field_error.push_back(field_errors_[f] * fields_.fields()[f].range);
+  for (std::size_t f = 0; f < outside_errors_.size(); ++f) // none where they are among the others
+    records_.outside_error.push_back(outside_errors_[f] * fields_.fields()[f].range);
+  records_.also_needs_begin.push_back(records_.also_needs.size());
+  records_.domain_error.push_back(domain_error);
+  depth_ = std::max(depth_, height);
+}
+
+/// One more than the records below its star.
+std::uint32_t Collapser::height_of_record(Vertex vs) const {
+  std::uint32_t height = 0;
+  for (const SlotId s : complex_.star(vs))
+    height = std::max(height, complex_.slot(s).height);
+  return height + 1;
+}
+
+} // namespace ptet::build

@@ -1,0 +1,114 @@
+// The mesh while it is being collapsed: all that follows it, half-edge collapse by half-edge collapse, and the records
+// of what was done.
+//
+//   trial      (one a thread) has accepted vs -> vd by combinatorics, orientation and shape
+//   collapse   boundary, field errors, domain error: refused, or ...
+//   commit     candidates, removed vertices, predictor, complex, boundary surface: each is told, the complex before the
+//              surface and after the others; a record
+//
+// Source: Cignoni et al. 2000, sections 3.2 and 4.
+#pragma once
+
+#include "build/boundary_check.hpp"
+#include "build/boundary_surface.hpp"
+#include "build/candidates.hpp"
+#include "build/choose_predictor.hpp"
+#include "build/collapse_cost.hpp"
+#include "build/error_limits.hpp"
+#include "build/field_samples.hpp"
+#include "build/mesh_scales.hpp"
+#include "build/normalized_fields.hpp"
+#include "build/removed_vertices.hpp"
+#include "build/trial.hpp"
+#include "build/working_complex.hpp"
+#include "error/exact_field_error.hpp"
+#include "mesh/prepare.hpp"
+#include "ptet/build.hpp"
+#include "record/stream.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace ptet::build {
+
+/// What has been measured of a half-edge before it is collapsed.
+struct MeasuredErrors {
+  std::vector<double> field; ///< one a field, fractions of the ranges
+  double domain = 0;         ///< mesh units; a bound, where the collapse moves the boundary
+  BoundarySurface::Handover handover;
+};
+
+class Collapser {
+public:
+  /// The mesh as it was given. `whole`: the mesh that `prepared` is a part of, with `samples` in the part where the
+  /// evaluation looks at samples; null: it is all of it. `records`, empty so far, gets what is known before the first
+  /// collapse, then every collapse. All must outlive the object, but for the samples.
+  /// Throws Error(kBadArgument) as ErrorLimits does.
+  Collapser(const PreparedMesh& prepared, const NormalizedFields& fields, const MeshScales* whole, FieldSamples samples,
+            const BuildOptions& options, RecordStream& records);
+  Collapser(const Collapser&) = delete;
+  Collapser& operator=(const Collapser&) = delete;
+
+  [[nodiscard]] const NormalizedFields& fields() const { return fields_; }
+  [[nodiscard]] const MeshScales& scales() const { return scales_; }
+  [[nodiscard]] const ErrorLimits& limits() const { return limits_; }
+  [[nodiscard]] const CollapseCost& cost() const { return cost_; }
+  [[nodiscard]] const WorkingComplex& complex() const { return complex_; }
+  [[nodiscard]] const BoundaryCheck& boundary() const { return boundary_; }
+  /// Null unless errors are measured, or limits hold, everywhere.
+  [[nodiscard]] const ExactFieldError* exact() const { return exact_.get(); }
+  [[nodiscard]] Candidates& candidates() { return candidates_; }
+  [[nodiscard]] RecordStream& records() { return records_; }
+
+  /// Vertices of the complex that are left.
+  [[nodiscard]] std::uint32_t alive_count() const {
+    return complex_.vertex_count() - static_cast<std::uint32_t>(records_.size());
+  }
+  /// And those of the mesh that are in no tet.
+  [[nodiscard]] std::uint64_t vertices_left() const { return prepared_.mesh.vertex_count() - records_.size(); }
+  /// So many are to be left of the complex, by the options.
+  [[nodiscard]] std::uint32_t target_count() const { return target_count_; }
+  [[nodiscard]] bool at_target() const { return alive_count() <= target_count_; }
+  /// Longest chain of records that depend on one another.
+  [[nodiscard]] std::uint32_t depth() const { return depth_; }
+
+  /// Makes the collapse that this thread's trial has accepted, unless the boundary or an error stands against it.
+  /// `measured`, of which the handover is taken: what is known exactly; null: the errors are those at the removed
+  /// vertices, or as predicted.
+  CollapseStatus collapse(std::uint32_t round, MeasuredErrors* measured = nullptr);
+  /// Makes a collapse that was accepted before: nothing is asked that only refuses, and its field errors are left for
+  /// the caller to record. False when it cannot be.
+  [[nodiscard]] bool collapse_again(Vertex vs, Vertex vd, std::uint32_t round);
+
+private:
+  void begin_records();
+  void find_field_errors(Trial& trial, const MeasuredErrors* measured);
+  void commit(const Trial& trial, double domain_error, std::uint32_t round);
+  [[nodiscard]] std::uint32_t height_of_record(Vertex vs) const;
+  [[nodiscard]] bool bounds_domain_error() const { return options_.evaluation == Evaluation::kExact; }
+
+  const PreparedMesh& prepared_;
+  const NormalizedFields& fields_;
+  const BuildOptions& options_;
+  RecordStream& records_;
+  MeshScales scales_;
+  ErrorLimits limits_;
+  CollapseCost cost_;
+  std::uint32_t target_count_;
+  std::uint32_t depth_ = 0;
+
+  std::vector<char> frozen_; ///< by vertex
+  WorkingComplex complex_;
+  BoundarySurface surface_;
+  BoundaryCheck boundary_;
+  RemovedVertices removed_;
+  std::unique_ptr<ExactFieldError> exact_;
+  ChosenPredictor predictor_;
+  Candidates candidates_;
+
+  // Of the collapse in hand.
+  std::vector<double> field_errors_, outside_errors_; ///< one a field, or none that are to be recorded
+  BoundarySurface::Handover handover_;
+};
+
+} // namespace ptet::build

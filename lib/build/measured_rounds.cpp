@@ -1,0 +1,189 @@
+#include "build/measured_rounds.hpp"
+
+#include "build/certify.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
+namespace ptet::build {
+namespace {
+
+/// An evaluation is given up once its error is so many times the round's cost: it would be put back anyway, and the
+/// factor keeps it from coming up again at once. Later, at 2, costs a tenth more time and 2% of the mean square.
+constexpr double kGiveUpAt = 1.2;
+/// So many candidates are measured before who waits is asked whether to go on: some tenths of a second of work.
+constexpr std::size_t kMeasuredBetweenLooks = 2048;
+
+} // namespace
+
+/// What became of the exact evaluation of a candidate.
+struct MeasuredRounds::Verdict {
+  CollapseStatus status = CollapseStatus::kAccepted;
+  float cost = 0;
+  MeasuredErrors errors;
+  std::vector<double> outside;   ///< one a field, fractions of the ranges: at removed vertices that no tet covers
+  std::vector<double> integrals; ///< of the squared error: modified slot x field
+};
+
+MeasuredRounds::MeasuredRounds(Collapser& collapser, BuildReport& report)
+    : collapser_(collapser), complex_(collapser.complex()), candidates_(collapser.candidates()), report_(report),
+      field_count_(collapser.fields().field_count()),
+      squared_scale_(squared_scales(collapser.fields(), collapser.scales().volume)),
+      vertex_volume_(collapser.scales().volume / std::max<double>(1, collapser.scales().vertex_count)),
+      slot_squared_(complex_.slot_count() * field_count_), known_(complex_.vertex_count()),
+      // Where errors have limits, what a measurement ends with depends on what it has seen.
+      remembers_(!collapser.limits().bound_fields()), claimed_(complex_.vertex_count() + 1) {}
+
+void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round, const std::function<void()>& look) {
+  const std::vector<Vertex> measured = apart(picked, round);
+  std::vector<Verdict> verdicts(measured.size());
+  for (std::size_t begin = 0; begin < measured.size(); begin += kMeasuredBetweenLooks) {
+    if (begin > 0) look();
+    const std::size_t end = std::min(begin + kMeasuredBetweenLooks, measured.size());
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 8), [&](const auto& range) {
+      Trial& trial = candidates_.trial();
+      for (std::size_t i = range.begin(); i != range.end(); ++i)
+        verdicts[i] = measure(measured[i], trial);
+    });
+  }
+  report_.exact_evaluations += static_cast<std::uint64_t>(std::count_if(
+      verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return !verdict.errors.field.empty(); }));
+  for (std::size_t i = 0; i < measured.size() && !collapser_.at_target(); ++i) {
+    const Vertex vs = measured[i];
+    CollapseStatus status = verdicts[i].status;
+    if (status == CollapseStatus::kAccepted && verdicts[i].cost > candidates_.round_cost()) {
+      candidates_.raise_best(vs, verdicts[i].cost);
+      continue;
+    }
+    if (status == CollapseStatus::kAccepted) status = collapse(vs, round, verdicts[i]);
+    ++report_.collapses[static_cast<std::size_t>(status)];
+    if (status != CollapseStatus::kAccepted) candidates_.drop_best(vs, round);
+  }
+}
+
+/// Those of `picked` whose stars do not overlap with those of others before them.
+std::vector<Vertex> MeasuredRounds::apart(const std::vector<Vertex>& picked, std::uint32_t round) {
+  std::vector<Vertex> free;
+  for (const Vertex vs : picked) {
+    if (claimed_[vs] == round) continue;
+    for (const SlotId s : complex_.star(vs))
+      for (const Vertex x : complex_.slot(s).v)
+        claimed_[x] = round;
+    free.push_back(vs);
+  }
+  return free;
+}
+
+/// The exact errors of a candidate and what it costs by them; at least kGiveUpAt times the round's cost when it was
+/// given up.
+MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
+  const HalfEdge half_edge = candidates_.best(vs);
+  const float round_cost = candidates_.round_cost();
+  Verdict verdict;
+  verdict.status = trial.examine(vs, half_edge.target);
+  const bool moves_boundary = trial.check().moves_boundary();
+  // What the boundary forbids is cheaper to find out than what a measurement costs.
+  if (verdict.status == CollapseStatus::kAccepted && moves_boundary)
+    verdict.status = collapser_.boundary().examine(trial.check().plan());
+  if (verdict.status != CollapseStatus::kAccepted) return verdict;
+  const RemovedVertices::Simulation& seen = trial.simulate();
+  std::vector<double>& errors = verdict.errors.field;
+  errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
+  verdict.outside.assign(seen.errors_outside().begin(), seen.errors_outside().end());
+  // The integral grows from what stands in the star now to what the collapse makes of it.
+  const std::vector<double> before = squared_in_star(trial.check());
+  std::vector<double> growth(field_count_);
+  // Always in the order of the slots, and of what has not been measured nothing: the sums only rise, and whether they
+  // pass a limit does not depend on what was measured first.
+  const auto cost = [&] {
+    std::fill(growth.begin(), growth.end(), 0.0);
+    for (std::size_t i = 0; i < verdict.integrals.size(); ++i)
+      growth[i % field_count_] += verdict.integrals[i];
+    for (std::size_t f = 0; f < field_count_; ++f)
+      growth[f] = (growth[f] - before[f]) / vertex_volume_;
+    const CollapseCost& of = collapser_.cost();
+    return std::max({of.of_maximum(errors), of.of_maximum(verdict.outside), of.of_mean(growth)});
+  };
+  const double enough = kGiveUpAt * static_cast<double>(round_cost);
+  std::vector<double> limit = collapser_.limits().field();
+  for (std::size_t f = 0; f < field_count_; ++f)
+    limit[f] = std::min(limit[f], collapser_.cost().error_at(enough, f));
+  if (remembers_ && !known_[vs]) known_[vs] = std::make_unique<KnownVersions>();
+  const bool whole = trial.measure(
+      errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known_[vs].get());
+  if (collapser_.limits().passed_by(errors) || collapser_.limits().passed_by(verdict.outside))
+    verdict.status = CollapseStatus::kFieldError;
+  verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
+  // Not to be taken now, whatever is left of it in a float.
+  if (!whole) verdict.cost = std::max(static_cast<float>(enough), std::nextafter(round_cost, INFINITY));
+  if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost) {
+    verdict.errors.domain = collapser_.boundary().bound(vs, half_edge.target, verdict.errors.handover);
+    if (verdict.errors.domain > collapser_.limits().domain()) verdict.status = CollapseStatus::kDomainError;
+  }
+  // What is not put back does not come up again.
+  if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= round_cost) known_[vs].reset();
+  return verdict;
+}
+
+/// By field: the integral of the squared error over the tets that the collapse would consume.
+std::vector<double> MeasuredRounds::squared_in_star(const CollapseCheck& check) const {
+  std::vector<double> sum(field_count_);
+  for (const std::span<const SlotId> part : {check.deleted(), check.modified()})
+    for (const SlotId s : part)
+      for (std::size_t f = 0; f < field_count_; ++f)
+        sum[f] += slot_squared_[s * field_count_ + f];
+  return sum;
+}
+
+CollapseStatus MeasuredRounds::collapse(Vertex vs, std::uint32_t round, Verdict& verdict) {
+  Trial& trial = candidates_.trial();
+  CollapseStatus status = trial.examine(vs, candidates_.best(vs).target);
+  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round, &verdict.errors);
+  if (status == CollapseStatus::kAccepted) record_squared_errors(trial.check(), verdict.integrals);
+  return status;
+}
+
+/// The change of the squared errors by a collapse, from those of the star's slots to those measured.
+void MeasuredRounds::record_squared_errors(const CollapseCheck& check, const std::vector<double>& integrals) {
+  for (std::size_t f = 0; f < field_count_; ++f) {
+    double change = 0;
+    for (const SlotId s : check.deleted())
+      change -= std::exchange(slot_squared_[s * field_count_ + f], 0.0);
+    for (std::size_t m = 0; m < check.modified().size(); ++m) {
+      double& squared = slot_squared_[check.modified()[m] * field_count_ + f];
+      change += integrals[m * field_count_ + f] - squared;
+      squared = integrals[m * field_count_ + f];
+    }
+    collapser_.records().squared_error.push_back(change * squared_scale_[f]);
+  }
+}
+
+void MeasuredRounds::measure_made() {
+  std::vector<SlotId> made;
+  for (Vertex v = 0; v < complex_.vertex_count(); ++v)
+    for (const SlotId s : complex_.star(v)) {
+      const Slot& slot = complex_.slot(s);
+      if (slot.version != s && !complex_.is_ghost(slot) && v == *std::min_element(slot.v.begin(), slot.v.end()))
+        made.push_back(s);
+    }
+  const ExactFieldError& exact = *collapser_.exact();
+  oneapi::tbb::enumerable_thread_specific<ExactFieldError::Workspace> workspaces(
+      [&] { return ExactFieldError::Workspace(exact); });
+  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, made.size(), 64), [&](const auto& range) {
+    std::vector<double> errors(field_count_);
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const std::span<double> squared(slot_squared_.data() + made[i] * field_count_, field_count_);
+      std::fill(errors.begin(), errors.end(), 0.0);
+      exact.measure(complex_.tet_of(complex_.slot(made[i])), workspaces.local(), errors, squared);
+      for (std::size_t f = 0; f < field_count_; ++f)
+        if (certified(errors[f]) == 0) squared[f] = 0; // where there is no error the integral is rounding
+    }
+  });
+}
+
+} // namespace ptet::build

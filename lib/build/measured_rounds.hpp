@@ -1,0 +1,65 @@
+// Takes the collapses of a round by exact measurement of what they would do.
+//
+//   apart      of those picked, the ones whose stars do not overlap
+//   measure    the exact errors of their best half-edges, in parallel; given up where they cost too much for the round
+//   collapse   those that are still among the best, one by one; the others are put back, at the cost that they have
+//              turned out to have
+//
+// Along with the mesh goes the integral of the squared error over every tet of it: the change of their sum is the
+// squared error of a record.
+//
+// Source: Cignoni et al. 2000, sections 4.3 and 4.4, with exact errors in the place of those at vertices.
+#pragma once
+
+#include "build/checkpoint.hpp"
+#include "build/collapser.hpp"
+#include "ptet/build.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace ptet::build {
+
+class MeasuredRounds {
+public:
+  /// Both must outlive the object; the mesh must be as it was given. `report` counts what becomes of half-edges.
+  MeasuredRounds(Collapser& collapser, BuildReport& report);
+
+  /// Collapses what may go of `picked`, by Candidates::pick(), until the target is reached.
+  /// `look` is called now and then from this thread, and may throw.
+  void take(const std::vector<Vertex>& picked, std::uint32_t round, const std::function<void()>& look);
+  /// When collapses were made, and their squared errors recorded, by others.
+  void measure_made();
+
+  /// What a mesh with the same collapses made by others does not tell.
+  template <class Archive>
+  void serialize(Archive& archive, unsigned /*version*/) {
+    serialize_sparse(archive, slot_squared_);
+  }
+
+private:
+  struct Verdict;
+
+  [[nodiscard]] std::vector<Vertex> apart(const std::vector<Vertex>& picked, std::uint32_t round);
+  [[nodiscard]] Verdict measure(Vertex vs, Trial& trial);
+  [[nodiscard]] std::vector<double> squared_in_star(const CollapseCheck& check) const;
+  [[nodiscard]] CollapseStatus collapse(Vertex vs, std::uint32_t round, Verdict& verdict);
+  void record_squared_errors(const CollapseCheck& check, const std::vector<double>& integrals);
+
+  Collapser& collapser_;
+  const WorkingComplex& complex_;
+  Candidates& candidates_;
+  BuildReport& report_;
+  std::size_t field_count_;
+  std::vector<double> squared_scale_;                 ///< by field
+  double vertex_volume_;                              ///< of an average vertex
+  std::vector<double> slot_squared_;                  ///< slot x field: integral of the squared error
+  std::vector<std::unique_ptr<KnownVersions>> known_; ///< by vertex: where a measured half-edge was put back
+  bool remembers_;                                    ///< whether it is kept
+  std::vector<std::uint32_t> claimed_;                ///< by vertex: the last round in which its star was to change
+};
+
+} // namespace ptet::build

@@ -1,0 +1,112 @@
+#include "build/predicted_rounds.hpp"
+
+#include <algorithm>
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
+namespace ptet::build {
+namespace {
+
+/// So many stars are examined at once: enough to share out, and few enough to stay in a cache until they are collapsed.
+constexpr std::size_t kClaims = 256;
+
+} // namespace
+
+PredictedRounds::PredictedRounds(Collapser& collapser, BuildReport& report)
+    : collapser_(collapser), complex_(collapser.complex()), candidates_(collapser.candidates()), report_(report),
+      touched_(complex_.vertex_count()), claimed_(complex_.vertex_count() + 1) {}
+
+void PredictedRounds::take(const std::vector<Vertex>& picked, std::uint32_t round) {
+  round_ = round;
+  std::vector<Vertex> waiting;
+  for (std::size_t next = 0; !collapser_.at_target() && (next < picked.size() || !waiting.empty());) {
+    next = claim_stars(picked, next, waiting);
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, claims_.size(), 16), [&](const auto& range) {
+      Trial& trial = candidates_.trial();
+      for (std::size_t i = range.begin(); i != range.end(); ++i)
+        examine_claim(claims_[i], plans_[i], trial);
+    });
+    for (std::size_t i = 0; i < claims_.size() && !collapser_.at_target(); ++i)
+      if (!take_claim(claims_[i], plans_[i])) waiting.push_back(claims_[i]);
+  }
+}
+
+/// Sorts vertices that may still go in this round, first those that are `waiting` and then those of `picked` from
+/// place `next` on, into claims, which depend on nobody before them, and others, which wait on. Returns the place of
+/// the first that was not looked at.
+std::size_t PredictedRounds::claim_stars(const std::vector<Vertex>& picked, std::size_t next,
+                                         std::vector<Vertex>& waiting) {
+  ++claim_stamp_;
+  claims_.clear();
+  std::size_t kept = 0;
+  const auto look_at = [&](Vertex vs) {
+    if (!may_go(vs)) return true;
+    const bool free = claimed_[vs] != claim_stamp_ && claimed_[candidates_.best(vs).target] != claim_stamp_;
+    if (free) claims_.push_back(vs);
+    // Who waits comes before what it would touch, too.
+    for (const SlotId s : complex_.star(vs))
+      for (const Vertex x : complex_.slot(s).v)
+        claimed_[x] = claim_stamp_;
+    return free;
+  };
+  for (const Vertex vs : waiting)
+    if (!look_at(vs)) waiting[kept++] = vs;
+  waiting.resize(kept);
+  for (; next < picked.size() && claims_.size() < kClaims && waiting.size() < kClaims; ++next) {
+    if (next + WorkingComplex::kPrefetch < picked.size())
+      complex_.prefetch_star(picked[next + WorkingComplex::kPrefetch]);
+    if (!look_at(picked[next])) waiting.push_back(picked[next]);
+  }
+  ++claim_stamp_; // from now on for what has changed
+  plans_.resize(std::max(plans_.size(), claims_.size()));
+  return next;
+}
+
+/// Whether the star of `vs` is as it was when the round began, and its best half-edge within the round's cost.
+bool PredictedRounds::may_go(Vertex vs) const {
+  return touched_[vs] != round_ && candidates_.best(vs).target != kNone &&
+         candidates_.best(vs).cost <= candidates_.round_cost();
+}
+
+/// Goes down the half-edges of `vs`, to the first that is not refused by what depends on nothing but the stars of its
+/// ends: of that `plan` tells, if there is one.
+void PredictedRounds::examine_claim(Vertex vs, CollapsePlan& plan, Trial& trial) {
+  plan.vs = kNone;
+  while (may_go(vs)) {
+    const CollapseStatus status = trial.examine(vs, candidates_.best(vs).target);
+    if (status == CollapseStatus::kAccepted) {
+      trial.swap(plan);
+      return;
+    }
+    candidates_.count_refusal(status);
+    candidates_.drop_best(vs, round_);
+  }
+}
+
+/// False when its best half-edge within the round's cost, if there is one, is yet to be examined.
+bool PredictedRounds::take_claim(Vertex vs, CollapsePlan& plan) {
+  if (plan.vs == kNone) return true;
+  const Vertex vd = plan.vd;
+  Trial& trial = candidates_.trial();
+  CollapseStatus status = CollapseStatus::kAccepted;
+  if (claimed_[vd] == claim_stamp_) // another collapse has changed its star
+    status = trial.examine(vs, vd);
+  else
+    trial.swap(plan);
+  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round_);
+  ++report_.collapses[static_cast<std::size_t>(status)];
+  if (status != CollapseStatus::kAccepted) {
+    candidates_.drop_best(vs, round_);
+    return false;
+  }
+  touched_[vs] = round_;
+  claimed_[vd] = claim_stamp_;
+  for (const LinkVertex& x : trial.check().plan().link) {
+    touched_[x.vertex] = round_;
+    claimed_[x.vertex] = claim_stamp_;
+  }
+  return true;
+}
+
+} // namespace ptet::build

@@ -1,0 +1,76 @@
+#include "build/rounds.hpp"
+
+#include <string_view>
+
+namespace ptet::build {
+
+Rounds::Rounds(Collapser& collapser, const BuildOptions& options, RoundState& state, BuildReport& report)
+    : collapser_(collapser), state_(state), report_(report) {
+  if (options.prediction == Prediction::kExact)
+    measured_.emplace(collapser, report);
+  else
+    predicted_.emplace(collapser, report);
+}
+
+void Rounds::run(const std::function<void()>& within, const std::function<void()>& after) {
+  Candidates& candidates = collapser_.candidates();
+  while (!collapser_.at_target()) {
+    ++state_.round;
+    candidates.predict(state_.round, within);
+    const auto picked = candidates.pick();
+    if (picked.empty()) {
+      if (state_.swept) break;
+      // Refusals may have lost their reason by collapses near by: look at everything once more.
+      candidates.forget_all();
+      state_.swept = true;
+      state_.before_sweep = refusals();
+      continue;
+    }
+    const std::size_t before = collapser_.records().size();
+    take(picked, within);
+    if (collapser_.records().size() != before) {
+      state_.swept = false;
+      ++report_.rounds;
+      report_.depth = collapser_.depth();
+      report_.walk.push_back({collapser_.vertices_left(), candidates.round_cost()});
+    }
+    after();
+  }
+  report_.stopped_by = collapser_.at_target() ? "target" : why_stuck();
+  report_.collapses = refusals();
+  report_.simulations += candidates.simulations();
+}
+
+void Rounds::take(const std::vector<Vertex>& picked, const std::function<void()>& within) {
+  if (measured_)
+    measured_->take(picked, state_.round, within);
+  else
+    predicted_->take(picked, state_.round);
+}
+
+void Rounds::go_on_from_collapses() {
+  if (measured_) measured_->measure_made();
+}
+
+/// By CollapseStatus: what has become of all half-edges looked at so far.
+StatusCounts Rounds::refusals() const {
+  StatusCounts sum = collapser_.candidates().refusals();
+  for (std::size_t i = 0; i < sum.size(); ++i)
+    sum[i] += report_.collapses[i];
+  return sum;
+}
+
+/// What stands against the half-edges that are left, from the last sweep over all of them.
+std::string Rounds::why_stuck() const {
+  const StatusCounts all = refusals();
+  std::string reasons;
+  const auto add = [&](std::string_view what, std::uint64_t count) {
+    if (count != 0) reasons += (reasons.empty() ? "" : ", ") + std::string(what) + " " + std::to_string(count);
+  };
+  for (std::size_t i = 1; i < kCollapseStatusCount; ++i)
+    add(name_of(static_cast<CollapseStatus>(i)), all[i] - state_.before_sweep[i]);
+  add("frozen vertices", collapser_.alive_count() - collapser_.candidates().movable_count());
+  return "no candidate left (" + (reasons.empty() ? "no edge may be collapsed" : "refused: " + reasons) + ")";
+}
+
+} // namespace ptet::build
