@@ -9,6 +9,7 @@
 #include "build/normalized_fields.hpp"
 #include "build/piece_decisions.hpp"
 #include "build/process_memory.hpp"
+#include "build/replay.hpp"
 #include "build/report.hpp"
 #include "build/rounds.hpp"
 #include "ptet/error.hpp"
@@ -26,8 +27,6 @@ namespace ptet::build {
 namespace {
 
 constexpr unsigned kMostThreads = 1024;
-/// Collapses made again between two reports of progress.
-constexpr std::size_t kReplayBatch = 4096;
 
 template <class F>
 double seconds_of(F&& f) {
@@ -78,7 +77,8 @@ private:
     if (checkpoints_.enabled())
       identity_ = identity_of(prepared_.mesh, describe_options(options_, prepared_, fields_.fields()));
     if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { arena.execute([&] { resume(); }); });
-    if (decided != nullptr) report_.follow_seconds = seconds_of([&] { arena.execute([&] { follow(*decided); }); });
+    if (decided != nullptr)
+      report_.follow_seconds = seconds_of([&] { arena.execute([&] { follow_pieces(*decided); }); });
     if (!collapsed_) {
       report_.collapse_seconds = seconds_of([&] { arena.execute([&] { take_rounds(); }); });
       collapsed_ = true;
@@ -93,6 +93,12 @@ private:
       });
     if (checkpoints_.enabled()) save(); // what follows takes little time, and is not kept
     arena.execute([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, records_, progress_); });
+  }
+
+  void follow_pieces(const Decisions& decided) {
+    follow(decided, *collapser_, report_, progress_);
+    if (!decided.records.round.empty()) round_state_.round = decided.records.round.back();
+    rounds_->go_on_from_collapses();
   }
 
   void take_rounds() {
@@ -152,69 +158,11 @@ private:
     StoredState stored(options_.checkpoint.path, identity_);
     RecordStream decided;
     serialize_records(stored.archive(), decided);
-    if (const std::string wrong = replay(decided); !wrong.empty()) stored.refuse(wrong);
+    if (const std::string wrong = replay(decided, *collapser_, progress_); !wrong.empty()) stored.refuse(wrong);
     serialize_rest(stored.archive());
     stored.finish();
     report_.resumed_records = records_.size();
     report_.depth = collapser_->depth();
-  }
-
-  /// Makes the collapses of `decided` once more. Returns what does not fit, or nothing.
-  [[nodiscard]] std::string replay(const RecordStream& decided) {
-    const std::size_t count = decided.removed.size();
-    const std::size_t fields = fields_.field_count();
-    if (decided.target.size() != count || decided.round.size() != count || decided.domain_error.size() != count ||
-        decided.field_error.size() != count * fields ||
-        (!decided.outside_error.empty() && decided.outside_error.size() != count * fields) ||
-        (!decided.squared_error.empty() && decided.squared_error.size() != count * fields))
-      return "its tables differ in length";
-    for (std::size_t i = 0; i < count; ++i) {
-      tell_replay("going on from the checkpoint", i, count);
-      if (!collapser_->collapse_again(decided.removed[i].index(), decided.target[i].index(), decided.round[i]))
-        return "collapse " + std::to_string(i) + " is not possible";
-      if (records_.domain_error.back() != decided.domain_error[i])
-        return "collapse " + std::to_string(i) + " has another domain error here";
-    }
-    records_.field_error = decided.field_error;
-    records_.outside_error = decided.outside_error;
-    records_.squared_error = decided.squared_error;
-    return {};
-  }
-
-  void tell_replay(std::string_view stage, std::size_t done, std::size_t total) const {
-    if (done % kReplayBatch == 0 && progress_ && !progress_({stage, done, total}))
-      throw Error(ErrorCode::kCancelled, "the build was cancelled");
-  }
-
-  // ---- what was decided in pieces of the mesh ----
-
-  /// Makes the collapses of every piece, as far as they are possible.
-  void follow(const Decisions& decided) {
-    const RecordStream& from = decided.records;
-    const std::size_t count = from.removed.size();
-    std::vector<char> is_over(report_.pieces);
-    std::size_t round = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      tell_replay("joining the pieces", i, count);
-      char& over = is_over[decided.piece[i]];
-      if (over == 0 && collapser_->collapse_again(from.removed[i].index(), from.target[i].index(), from.round[i])) {
-        records_.append_errors(from, i, fields_.field_count());
-      } else {
-        over = 1;
-      }
-      if (i + 1 < count && from.round[i + 1] == from.round[i]) continue;
-      ++report_.rounds;
-      report_.depth = collapser_->depth();
-      report_.walk.push_back({collapser_->vertices_left(), decided.round_cost[round++]});
-    }
-    report_.piece_records = records_.size();
-    report_.piece_records_dropped = count - records_.size();
-    for (std::size_t i = 0; i < report_.collapses.size(); ++i)
-      report_.collapses[i] += decided.collapses[i];
-    report_.simulations = decided.simulations;
-    report_.exact_evaluations = decided.exact_evaluations;
-    if (count > 0) round_state_.round = from.round.back();
-    rounds_->go_on_from_collapses();
   }
 
   /// The collapses, and what the records say that making them again does not.

@@ -1,7 +1,7 @@
 // The builder: from a prepared mesh to the records of its collapses.
 //
 //   resume      the collapses of a checkpoint      \  made again,
-//   follow      what pieces of the mesh decided    /  without searching
+//   follow      what pieces of the mesh decided    /  without searching (replay.hpp)
 //   rounds      all other collapses (rounds.hpp)
 //   certify     where they are to be exact and were not measured before: field errors (certify.hpp)
 //   cut         dependencies between records (cut_conflicts.hpp)
