@@ -97,6 +97,7 @@ InputOrder parse_input_order(ByteReader& in, std::uint32_t vertex_count, std::ui
   InputOrder order;
   order.vertex = parse_ids(in, vertex_count, "vertices");
   order.tet = parse_ids(in, tet_count, "tets");
+  order.corners.reserve(tet_count);
   for (const std::byte corners : in.get_bytes(tet_count, "corners")) {
     order.corners.push_back(static_cast<std::uint8_t>(corners));
     if (order.corners.back() >= kPermutations) in.fail("an order of corners is out of range");

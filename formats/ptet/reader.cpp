@@ -46,7 +46,8 @@ const Section* find_section(const std::vector<Section>& sections, SectionKind ki
   const auto found = std::find_if(sections.begin(), sections.end(), is_wanted);
   if (found == sections.end() && flags_of(kind) != kMandatory) return nullptr;
   if (found == sections.end() || std::find_if(found + 1, sections.end(), is_wanted) != sections.end()) {
-    fail_file(std::string("it must have one ") + name_of(kind), offset);
+    fail_file(std::string(flags_of(kind) == kMandatory ? "it must have one " : "it may have only one ") + name_of(kind),
+              offset);
   }
   return &*found;
 }
@@ -210,7 +211,7 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options, V
     violated({"the header's hash does not match", 0, {}, {}, {}});
 
   check_limits();
-  constexpr std::uint64_t kEndBytes = kFooterBytes + 6 * kSectionBytes; // of a file with the known sections
+  constexpr std::uint64_t kEndBytes = kFooterBytes + 7 * kSectionBytes; // of a file with the known sections
   const std::uint64_t end_bytes = std::min<std::uint64_t>(kEndBytes, size - kHeaderBytes);
   ahead.fetch(std::array{ByteRange{size - end_bytes, end_bytes}});
   const auto footer_bytes = ahead.get(size - kFooterBytes, kFooterBytes);
@@ -514,12 +515,12 @@ InputOrder Reader::read_input_order() const {
   const Section& section = d.input_order;
   // As stored, expanded, and the numbers.
   const std::uint64_t bytes = section.stored_bytes + 3 * section.raw_bytes;
-  if (bytes > d.limits.max_bytes) {
+  if (bytes > d.limits.max_bytes - d.claimed) {
     throw Error(ErrorCode::kLimit, "the input order would take " + std::to_string(bytes) +
                                        " bytes of memory, more than the limit of " +
-                                       std::to_string(d.limits.max_bytes));
+                                       std::to_string(d.limits.max_bytes) + " leaves");
   }
-  const auto raw = expand(section, decoding_->reader.read({section.offset, section.stored_bytes}), &d.violations);
+  const auto raw = expand(section, decoding_->reader.read({section.offset, section.stored_bytes}));
   ByteReader in(raw, name_of(SectionKind::kInputOrder), section.offset, section.stored_bytes != section.raw_bytes);
   return parse_input_order(in, header_.base_vertex_count + header_.record_count, header_.tet_count);
 }

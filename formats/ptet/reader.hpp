@@ -137,10 +137,10 @@ public:
   using FetchFailed = std::function<void(std::uint32_t block, const Error& error)>;
   /// The bytes of `blocks` (ascending), near ones by one request, but of those that cannot be read or whose hash does
   /// not match. `is_stopped`: see RangeReader; then the rest fails as cancelled.
-  /// Thread rule: from several threads at a time if the source may be read so.
+  /// Thread rule: const.
   [[nodiscard]] std::vector<FetchedBlock> fetch(std::span<const std::uint32_t> blocks, const FetchFailed& failed,
                                                 const std::function<bool()>& is_stopped = {}) const;
-  /// In what order the input stood; header().has_input_order. Thread rule: as fetch().
+  /// In what order the input stood; header().has_input_order. Thread rule: const.
   /// Throws Error: kIo, kCorruptFile, kLimit.
   [[nodiscard]] InputOrder read_input_order() const;
   class Batch;

@@ -90,6 +90,7 @@ std::vector<std::byte> RangeReader::read(ByteRange range) {
   std::vector<std::byte> bytes(range.count);
   ++requests_;
   try {
+    const std::lock_guard alone(mutex_);
     source_->read(range.offset, bytes);
   } catch (const std::bad_alloc&) {
     throw;

@@ -12,6 +12,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,7 +36,7 @@ struct RangeBytes {
   std::exception_ptr failure; ///< an Error
 };
 
-/// Asks a source for ranges, and counts. Thread rule: as the source.
+/// Asks a source for ranges, one at a time, and counts. Thread rule: any number of threads.
 class RangeReader {
 public:
   /// No request is longer than this, unless a single range is.
@@ -59,6 +60,7 @@ private:
   std::shared_ptr<ByteSource> source_;
   std::uint64_t size_;
   std::uint64_t max_gap_;
+  std::mutex mutex_; ///< of the source
   std::atomic<std::uint64_t> bytes_{0}, requests_{0};
 };
 

@@ -133,7 +133,9 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
                             50 * records;
   const double per_record = 24 + 60 + 4 * (fields + 1) + 12 * fields;
   // Sorted, numbered, as bytes and as a zstd frame with what level 19 works in.
-  const double input_order = options.keep_order ? (16 + 5 + 8 + 5 + 5) * tets + (4 + 4 + 4 + 4) * vertices + 90e6 : 0;
+  const double raw_order = 5 * tets + 4 * vertices;
+  const double input_order =
+      options.keep_order ? (16 + 8) * tets + 8 * vertices + 3 * raw_order + std::min(90e6, 24 * raw_order) : 0;
   need.write = whole(row * vertices * 2 + stream + (4 + 8) * versions + given +
                      std::max(refinement + per_record * records, input_order));
   return need;

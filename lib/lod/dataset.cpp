@@ -9,6 +9,7 @@
 #include <bit>
 #include <chrono>
 #include <limits>
+#include <optional>
 
 namespace ptet {
 namespace {
@@ -85,8 +86,12 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
   Hierarchy& hierarchy = impl_->hierarchy;
   Loader& loader = hierarchy.loader();
   const ResolvedRequest resolved = resolve(request, hierarchy.header());
-  if (request.input_order && !hierarchy.header().has_input_order)
-    throw Error(ErrorCode::kBadArgument, "the file does not keep the order of its input; build it so (keep_order)");
+  std::optional<file::InputOrder> order;
+  if (request.input_order) {
+    if (!hierarchy.header().has_input_order)
+      throw Error(ErrorCode::kBadArgument, "the file does not keep the order of its input; build it so (keep_order)");
+    order = hierarchy.read_input_order();
+  }
   const Loader::Turn turn(loader);
   while (true) {
     const Cut cut = find_cut(hierarchy, resolved, progress);
@@ -101,9 +106,7 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
       extraction.failures = std::move(shortfall.failures);
     }
     lock.unlock();
-    if (request.input_order)
-      put_in_input_order(extraction,
-                         loader.read_apart([](const file::Reader& reader) { return reader.read_input_order(); }));
+    if (order) put_in_input_order(extraction, *order);
     extraction.bytes_read = hierarchy.bytes_read();
     extraction.read_requests = hierarchy.read_requests();
     extraction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -28,6 +28,9 @@ public:
   [[nodiscard]] std::uint32_t used_base_vertex_count() const { return used_base_vertex_count_; }
   [[nodiscard]] std::uint32_t base_face_count() const { return base_face_count_; }
 
+  /// See file::Reader. Nothing else waits for it but another read of the source.
+  [[nodiscard]] file::InputOrder read_input_order() const { return reader_.read_input_order(); }
+
   [[nodiscard]] Loader& loader() { return loader_; }
   [[nodiscard]] const Loader& loader() const { return loader_; }
   /// See Loader.

@@ -62,13 +62,6 @@ public:
   /// Takes out of the set what is not loaded. Takes the lock itself.
   void keep_loaded(BlockSet& set) const;
 
-  /// Reads what is in no block, when no block is being read.
-  template <class F>
-  decltype(auto) read_apart(F&& f) {
-    const std::lock_guard one(loading_);
-    return f(reader_);
-  }
-
   /// Why a request that depends on blocks cannot have `missing`.
   struct Shortfall {
     LimitedBy limited_by = LimitedBy::kUnreadable;

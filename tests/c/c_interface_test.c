@@ -645,7 +645,6 @@ static void test_whole_extraction(const ptet_dataset* dataset) {
   ptet_extraction_free(NULL);
 }
 
-/* Each kind of condition does what it says. */
 /* What was given comes back as it stood, where that is kept. */
 static void test_input_order(const ptet_dataset* without) {
   ptet_request* request = ptet_request_new();
@@ -682,6 +681,7 @@ static void test_input_order(const ptet_dataset* without) {
   ptet_request_free(request);
 }
 
+/* Each kind of condition does what it says. */
 static void test_requests(const ptet_dataset* dataset) {
   ptet_request* request = ptet_request_new();
   REQUIRE(request != NULL);

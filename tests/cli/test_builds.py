@@ -82,7 +82,8 @@ class Checkpoints(Case):
 class Memory(Case):
     def test_what_a_build_takes_was_foreseen(self):
         self.grid(22)  # 64 thousand tets: the program itself is no more than half of it
-        for arguments in [["--method", "QN"], ["--threads", "2", "--target-vertices", "40%"],
+        for arguments in [["--method", "QN"], ["--method", "QN", "--keep-order"],
+                          ["--threads", "2", "--target-vertices", "40%"],
                           ["--field", "smooth", "--evaluate", "vertices", "--threads", "1"]]:
             with self.subTest(arguments):
                 report = self.json("build", "grid.vtu", *arguments)

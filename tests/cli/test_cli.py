@@ -505,7 +505,15 @@ class Reports(Case):
         self.assertIn("the order that is kept is not that of the original", done.stdout)
         self.ptet("build", "given.vtu", "-o", "plain.ptet", "--quiet")
         self.assertFalse(self.json("info", "plain.ptet")["has_input_order"])
-        self.refused(2, "extract", "plain.ptet", "--input-order", says=["--input-order", "--keep-order"])
+        self.refused(2, "extract", "plain.ptet", "--input-order", "-o", "x.vtu", says=["--input-order", "--keep-order"])
+        self.refused(2, "extract", "kept.ptet", "--input-order", "-o", "x.ply", says=["--input-order", ".vtu"])
+        # A mesh that has come out in this way goes in again.
+        report = self.json("extract", "kept.ptet", "--input-order", "--tets", "50%", "-o", "part.vtu")
+        self.assertTrue(report["asked"]["input_order"])
+        self.ptet("build", "part.vtu", "--keep-order", "-o", "part.ptet", "--quiet")
+        self.ptet("extract", "part.ptet", "--input-order", "--tets", "50%", "-o", "less.vtu")
+        names = [field["name"] for field in self.json("info", "less.vtu")["fields"]]
+        self.assertEqual(sorted(names), ["bumpy", "input vertex", "input vertex 2", "smooth"])
         size = lambda name: (self.folder / name).stat().st_size
         self.assertLess(size("plain.ptet"), size("kept.ptet"))
 

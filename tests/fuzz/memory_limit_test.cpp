@@ -35,7 +35,9 @@ void check(const Bytes& bytes, const std::string& what) {
     test::reset_most_bytes_held();
     try {
       const auto data = Dataset::open_memory(std::move(copy), options);
-      static_cast<void>(data->extract({}));
+      Request whole;
+      whole.input_order = data->info().has_input_order;
+      static_cast<void>(data->extract(whole));
       Session session(data);
       Request request;
       request.max_tets = data->info().tets / 2;

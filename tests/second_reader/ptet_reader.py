@@ -62,7 +62,8 @@ class PtetFile:
         require(not manifest.left, "bytes behind the manifest")
         self.read_table(Bytes(self.sections["table"]))
         self.read_base(Bytes(self.sections["base"]))
-        require(len(self.sections.get("input order", ())) in (0, 4 * self.w + 5 * self.tet_count), "the input order")
+        require(len(self.sections.get("input order", bytes(4 * self.w + 5 * self.tet_count)))
+                == 4 * self.w + 5 * self.tet_count, "the input order")
         self.records = {}
 
     def read_header(self):
@@ -86,7 +87,7 @@ class PtetFile:
         require(stated == hash_of(self.data[start:-40]), "the hash of the directory")
         sections, at = {}, 128
         for kind, flags, offset, stored, raw, stated in struct.iter_unpack("<2I4Q", self.data[start:-40]):
-            require(flags == (kind in KINDS and kind not in OPTIONAL), "the flags of a section, or a mandatory one of unknown kind")
+            require(flags == (kind in KINDS and kind not in OPTIONAL), "a section's flags, or a mandatory one unknown")
             require(offset == at and stored <= start - at and stored <= raw <= 1024 * stored, "a section's place")
             at += stored
             if kind in KINDS:
@@ -94,7 +95,8 @@ class PtetFile:
                 require(name not in sections and (raw == stored or name != "blocks"), f"the section {name}")
                 require(stated == (0 if name == "blocks" else hash_of(content)), f"the hash of the section {name}")
                 sections[name] = content if raw == stored else expand(content, raw)
-        require(at == start and {KINDS[kind] for kind in KINDS.keys() - OPTIONAL} <= sections.keys(), "a gap in the file, or a section that is not there")
+        wanted = {name for kind, name in KINDS.items() if kind not in OPTIONAL}
+        require(at == start and wanted <= sections.keys(), "a gap in the file, or a section that is not there")
         return sections
 
     def read_arrays(self, data):
@@ -451,8 +453,8 @@ class PtetFile:
         data, n, t = np.frombuffer(self.sections["input order"], np.uint8), self.w, self.tet_count
         numbers = lambda planes: np.cumsum(planes.reshape(4, -1).T.copy().view("<u4").ravel(), dtype=np.uint32)
         vertices, places, corners = numbers(data[:4 * n]), numbers(data[4 * n:4 * (n + t)]), data[4 * (n + t):]
-        require(sorted(vertices) == list(range(n)) and sorted(places) == list(range(t)) and max(corners, default=0) < 24,
-                "the input order")
+        require(sorted(vertices) == list(range(n)) and sorted(places) == list(range(t))
+                and max(corners, default=0) < 24, "the input order")
         ascending = sorted(sorted(int(vertices[x]) for x in tet) for tet in self.tets(self.records))
         orders, tets = list(itertools.permutations(range(4))), [None] * t
         for tet, place, order in zip(ascending, places, corners):

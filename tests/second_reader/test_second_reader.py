@@ -222,7 +222,7 @@ class Cuts(Case):
         self.assertEqual(rows, sorted(set(rows)))
         self.assertLess(len(rows), len(points))
         self.assertEqual(list(map(tuple, positions.tolist())), [points[row] for row in rows])
-        self.assertEqual(self.ptet("extract", GOLDEN[0], "--input-order").returncode, 2)
+        self.assertEqual(self.ptet("extract", GOLDEN[0], "--input-order", "-o", "none.vtu").returncode, 2)
 
     def test_error_bounds(self):
         """Cuts by one error, from the blocks alone that they need."""
@@ -375,6 +375,8 @@ VIOLATIONS = {
     "section that is there twice": lambda parts: parts.sections.append(list(parts.sections[0])),
     "input order marked as mandatory": with_order(1),
     "input order that is too long": with_order(0, longer=1),
+    "input order that is too short": with_order(0, longer=-1),
+    "no input order in its section": lambda parts: parts.sections.append([7, 0, bytearray()]),
     "two input orders": with_order(0, times=2),
     "section that is not there": lambda parts: parts.sections.pop(),
     "section of two zstd frames": compress(1000),
@@ -458,7 +460,8 @@ class Rejection(Case):
                 change(parts)
                 changed = self.outcome(parts.assemble())
                 self.assertRaises(Corrupt, changed.input_order)
-                self.assertEqual(self.ptet("extract", "changed.ptet", "--input-order").returncode, CORRUPT)
+                done = self.ptet("extract", "changed.ptet", "--input-order", "-o", "out.vtu")
+                self.assertEqual(done.returncode, CORRUPT)
                 self.assertEqual(self.ptet("verify", "changed.ptet").returncode, CORRUPT)
                 self.assertEqual(self.ptet("extract", "changed.ptet").returncode, 0)
 

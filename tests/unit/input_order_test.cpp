@@ -125,6 +125,25 @@ TEST_CASE("input order: a file without it says so, and a session has none") {
   CHECK(session.update({}).complete);
 }
 
+TEST_CASE("input order: it costs one read, also where a thread reads the rest") {
+  const TetMesh given = shuffled(test::grid({{3, 3, 4}, {}, 2, 9}), 4);
+  const auto plain = std::make_shared<test::FailingSource>(build(given, false));
+  const auto kept = std::make_shared<test::FailingSource>(build(given, true));
+  static_cast<void>(Dataset::open(plain));
+  OpenOptions options;
+  options.background = true;
+  const auto data = Dataset::open(kept, options);
+  CHECK(kept->reads() == plain->reads());
+  Request coarsest = in_order();
+  coarsest.max_tets = 0;
+  const Extraction base = data->extract(coarsest);
+  CHECK(kept->reads() == plain->reads() + 1);
+  CHECK(base.input_vertex.size() == base.mesh.vertex_count());
+  while (!data->extract(in_order()).complete)
+    data->wait_until_loaded();
+  CHECK(data->extract(in_order()).mesh.tets == given.tets);
+}
+
 TEST_CASE("input order: what is wrong in it is told to who asks for it, and to nobody else") {
   const TetMesh given = shuffled(test::grid({{3, 2, 3}, {}, 2, 9}), 2);
   const auto good = build(given, true);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -117,6 +118,8 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.errors && kind_of(arguments.output) != OutputKind::kVolume) {
     throw Error(ErrorCode::kBadArgument, "--errors: cell arrays need -o with a .vtu or .vtk file");
   }
+  if (arguments.input_order && kind_of(arguments.output) != OutputKind::kVolume)
+    throw Error(ErrorCode::kBadArgument, "--input-order: an order needs -o with a .vtu or .vtk file");
   return wishes;
 }
 
@@ -142,13 +145,16 @@ Request request_for(const Wishes& wishes, const DatasetInfo& info, const Argumen
   return request;
 }
 
-/// For each governing field the error of each tet: that of the collapse that made it; 0 for an original tet.
+/// For each governing field the error of each tet: that of the collapse that made it; 0 for an original tet. Where
+/// records are missing nobody knows which these are: NaN.
 std::vector<CellArray> error_arrays(const Dataset& dataset, const Extraction& extraction) {
   std::vector<CellArray> arrays;
   for (const FieldInfo& field : dataset.info().fields) {
     if (!field.governing) continue;
     std::vector<double> errors(extraction.made_by.size());
     dataset.origin_values(extraction.made_by, OriginValue::kFieldError, arrays.size(), errors);
+    for (std::size_t t = 0; t < errors.size() && !extraction.complete; ++t)
+      if (extraction.made_by[t].is_none()) errors[t] = std::numeric_limits<double>::quiet_NaN();
     arrays.push_back({"error of " + field.name, std::move(errors)});
   }
   return arrays;
@@ -157,7 +163,10 @@ std::vector<CellArray> error_arrays(const Dataset& dataset, const Extraction& ex
 /// Of a part of the original, as a point array; all of it says so by its order.
 void name_input_vertices(Extraction& extraction) {
   if (extraction.input_vertex.empty() || extraction.limited_by == LimitedBy::kNothing) return;
-  PointArray array{"input vertex", ScalarType::kUInt32, 1, {}};
+  std::string name = "input vertex";
+  for (int n = 2; extraction.mesh.find(name) != nullptr; ++n) // the field of an earlier extraction, perhaps
+    name = "input vertex " + std::to_string(n);
+  PointArray array{name, ScalarType::kUInt32, 1, {}};
   const auto bytes = std::as_bytes(std::span(extraction.input_vertex));
   array.bytes.assign(bytes.begin(), bytes.end());
   extraction.mesh.point_arrays.push_back(std::move(array));
@@ -320,13 +329,13 @@ void add_extract(CLI::App& program) {
       ->add_option("--outside", arguments->outside,
                    "so many times the errors outside the view; without it\nnothing is asked there")
       ->option_text("FACTOR");
-  command->add_flag(
-      "--errors", arguments->errors,
-      "add for each field a cell array with the error of each\ntet (.vtu and .vtk); reads all of the file");
+  command->add_flag("--errors", arguments->errors,
+                    "add for each field a cell array with the error of each\ntet (.vtu and .vtk); reads all of the "
+                    "file. NaN where\n--salvage cannot know it");
   command->add_flag("--input-order", arguments->input_order,
                     "vertices in the order of the mesh that the file was\n"
                     "built from, and of the original its cells, too; of less\n"
-                    "than that a point array says which they are. Needs a\nfile built with --keep-order");
+                    "than that 'input vertex' says which they are. Needs a\nfile built with --keep-order");
   command->add_flag(
       "--salvage", arguments->salvage,
       "write the mesh also where blocks of the file are damaged,\ncoarser there; the exit code still tells");

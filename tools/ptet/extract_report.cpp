@@ -74,6 +74,7 @@ Json asked_json(const Request& request, const DatasetInfo& info) {
     asked["field_error"][bound.field] = bound.bound.absolute(field_named(info, bound.field).range);
   }
   if (request.domain_error) asked["domain_error"] = request.domain_error->absolute(info.diagonal);
+  if (request.input_order) asked["input_order"] = true;
   if (request.max_tets) asked["tets"] = *request.max_tets;
   if (request.max_vertices) asked["vertices"] = *request.max_vertices;
   if (request.max_bytes) asked["bytes"] = *request.max_bytes;

@@ -150,7 +150,11 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   for (const std::string& wrong : findings.wrong)
     outcome.wrongs.add({wrong, {}, {}, {}, {}});
   outcome.notes.insert(outcome.notes.end(), findings.notes.begin(), findings.notes.end());
-  if (outcome.wrongs.total() > 0 || !verified.reader->header().has_input_order) return;
+  if (!verified.reader->header().has_input_order) return;
+  if (outcome.wrongs.total() > 0) {
+    outcome.notes.emplace_back("the order that is kept was not compared, as the rest is not sound");
+    return;
+  }
   Request all;
   all.input_order = true;
   const TetMesh ordered = Dataset::open(arguments.input)->extract(all).mesh;
@@ -260,8 +264,8 @@ the stated errors, which are measured once more: a field error over all of each 
 from the original boundary. Errors that the builder did not evaluate exactly are no bounds, and may be passed. What lies
 behind damage that cannot be read past is not looked at, and that is said. With --original: that full refinement gives
 the same vertices, positions and values bit for bit, and the same tets; their order may differ, and inverted tets of the
-original are turned, but where the file keeps the order of its input: then all comes out as it went in. Exit code 4 when
-anything is wrong.
+original are turned, but where the file keeps the order of its input: then all comes out as it was read. Exit code 4
+when anything is wrong.
 )";
 
 } // namespace

@@ -106,7 +106,8 @@ struct BuildOptions {
   /// kept.
   std::uint32_t pieces = 1;
   /// Also keep in what order vertices, tets and their corners stood, so that the original comes back in that order
-  /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and up to 3 a tet.
+  /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large
+  /// meshes.
   bool keep_order = false;
   /// Worker threads; 0: as many as the machine has. The output does not depend on it.
   unsigned threads = 0;

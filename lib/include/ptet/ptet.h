@@ -329,7 +329,8 @@ ptet_status ptet_extraction_get_positions(const ptet_extraction* extraction, pte
 ptet_status ptet_extraction_get_field(const ptet_extraction* extraction, uint32_t field, ptet_array* values,
                                       ptet_error** error);
 
-/* Four vertices for each tet, positively oriented: det(b - a, c - a, d - a) > 0. */
+/* Four vertices for each tet, positively oriented: det(b - a, c - a, d - a) > 0; as they were given where the request
+ * asked for the order of the input. */
 const uint32_t* ptet_extraction_tets(const ptet_extraction* extraction);
 /* Three vertices for each boundary face, seen counter-clockwise from outside. */
 const uint32_t* ptet_extraction_boundary_faces(const ptet_extraction* extraction);

@@ -83,7 +83,7 @@ ptet_status ptet_builder_set_memory_limit(ptet_builder* builder, uint64_t bytes,
  * At first 1. The bytes that come out depend on it; the guarantees do not. */
 ptet_status ptet_builder_set_pieces(ptet_builder* builder, uint32_t pieces, ptet_error** error);
 /* Not 0: also keep in what order vertices, tets and their corners stand, so that they come back in it
- * (ptet_request_set_input_order). Takes some 2 bytes a vertex and up to 3 a tet. At first 0. */
+ * (ptet_request_set_input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large meshes. At first 0. */
 ptet_status ptet_builder_set_keep_order(ptet_builder* builder, int32_t keep_order, ptet_error** error);
 /* Name and hash of where the mesh comes from, kept in the file as they are; either may be NULL. */
 ptet_status ptet_builder_set_source(ptet_builder* builder, const char* name, const char* hash, ptet_error** error);

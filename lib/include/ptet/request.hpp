@@ -120,8 +120,8 @@ struct Request {
 
   /// Vertices in the order of the mesh that the file was built from, and, where all of it is there, its tets and their
   /// corners, too: byte for byte what was given. Also fill Extraction::input_vertex. Only of a file that keeps it
-  /// (DatasetInfo::has_input_order); not of a Session, whose slots have an order of their own. Reads what the file has
-  /// of it, all at once, each time, and after a loading that is under way.
+  /// (DatasetInfo::has_input_order); not of a Session, whose slots have an order of their own. Each call reads
+  /// what the file has of it, all at once, also with OpenOptions::background and whatever the budget of time.
   bool input_order = false;
 };
 // A request that asks for nothing at all asks for the original mesh.

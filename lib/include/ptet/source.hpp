@@ -38,7 +38,8 @@ struct OpenOptions {
   /// Limits::max_bytes leaves. When a request would pass it, blocks that it does not need are dropped; extractions then
   /// take turns. What its own blocks would pass is left out, see LimitedBy::kMemory.
   std::uint64_t memory_limit = 0;
-  /// A thread of the dataset reads and decodes; extract() never waits for it and answers with what is there, see
+  /// A thread of the dataset reads and decodes; extract() never waits for it (but for Request::input_order, which it
+  /// reads itself) and answers with what is there, see
   /// LimitedBy::kLoading.
   bool background = false;
   /// Blocks this many bytes or less apart are read by one request. A server that takes 50 ms a request and sends 10

@@ -159,7 +159,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
           max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
           target_vertices: Count | float = 0.01, min_quality: float = 1e-3, max_star: int = 64,
           round_fraction: float = 0.3, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
-          keep_order: bool = False, source_name: str = "", source_hash: str = "", progress: Optional[ProgressCallback] = None) -> Built:
+          keep_order: bool = False, source_name: str = "", source_hash: str = "",
+          progress: Optional[ProgressCallback] = None) -> Built:
     """Simplifies a mesh, and keeps all its levels in one file.
 
     Arrays of any memory layout and byte order are taken; they are copied, and their numbers come back bit for bit.
@@ -189,7 +190,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         pieces: the mesh is cut in so many pieces, which are collapsed one after the other before the whole; 1: it is
             one. The bytes depend on it, with the same guarantees. 1 to 65536.
         keep_order: also keep in what order points, tets and their corners stand, so that they come back in it where
-            that is asked for: `Dataset.extract(input_order=True)`. Takes some 2 bytes a point and up to 3 a tet.
+            that is asked for: `Dataset.extract(input_order=True)`. Takes some 2 bytes a point and up to 3 a tet, 4 of
+            very large meshes.
         source_name, source_hash: where the mesh comes from, kept in the file as they are.
         progress: see ProgressCallback.
 

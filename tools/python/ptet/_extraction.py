@@ -53,7 +53,7 @@ class Extraction:
     Attributes:
         points: (n, 3) of the original's type, mesh units.
         fields: by name (n,) or (n, components), of the original's types.
-        tets: (m, 4) uint32, rows of `points`, positively oriented.
+        tets: (m, 4) uint32, rows of `points`, positively oriented; as they were given where `input_order` was asked for.
         boundary_faces: (k, 3) uint32, rows of `points`, counter-clockwise seen from outside.
         vertex_ids: (n,) uint32: the vertices' numbers in the file, the same in every extraction.
         input_vertex: (n,) uint32: the vertices' rows in the mesh that the file was built from, ascending; None unless
