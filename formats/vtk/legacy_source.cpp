@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include <vtkCellData.h>
+#include <vtkCellType.h>
 #include <vtkDataSetAttributes.h>
 #include <vtkFieldData.h>
 #include <vtkNew.h>
@@ -44,8 +45,7 @@ public:
       } else if (keyword == "cells") {
         read_cells();
       } else if (keyword == "cell_types") {
-        cell_types_ = count();
-        skip_values(cell_types_, "int");
+        read_cell_types();
       } else if (keyword == "field") {
         skip_fields();
       } else if (keyword == "metadata") {
@@ -171,6 +171,19 @@ private:
     if (used != size) fail("has a table of cells of another size than it says");
   }
 
+  // VTK follows the faces of a polyhedron through the table of cells without a look at where that ends. Of a type it
+  // takes the lowest byte.
+  void read_cell_types() {
+    cell_types_ = count();
+    if (binary_) {
+      skip_line_end();
+      if (multiplied(cell_types_, 4) > bytes_ - position()) fail("is cut short");
+    }
+    for (std::uint64_t cell = 0; cell < cell_types_; ++cell)
+      if ((next_int() & 0xFF) == VTK_POLYHEDRON)
+        fail("cell " + std::to_string(cell) + " is a polyhedron, which ptet cannot split into tetrahedra");
+  }
+
   std::int64_t next_int() {
     if (binary_) {
       std::array<unsigned char, 4> raw{};
@@ -184,7 +197,7 @@ private:
     if (text.empty()) fail("is cut short");
     char* end = nullptr;
     const long long value = std::strtoll(text.c_str(), &end, 10);
-    if (*end != '\0') fail(quoted(text) + " is not a point id");
+    if (*end != '\0') fail(quoted(text) + " is not a point id or cell type");
     return value;
   }
 

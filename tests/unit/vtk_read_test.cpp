@@ -378,6 +378,9 @@ TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1 2 7", "CELL_TYPES 1\n10"), "m.vtk").message,
              Catch::Contains("cell 0 uses point 7"));
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1", ""), "m.vtk").message, Catch::EndsWith("is cut short"));
+  // A polyhedron of many faces, by a number of which only the lowest byte counts.
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 900000000 1 2 3", "CELL_TYPES 1\n298"), "m.vtk").message,
+             Catch::Contains("cell 0 is a polyhedron"));
   CHECK_THAT(failure_of_text("# vtk DataFile Version\"5.1\nt\nASCII\n", "m.vtk").message,
              Catch::Contains("no version"));
   CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\n", "m.vtk").message,
