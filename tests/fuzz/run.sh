@@ -53,12 +53,12 @@ for target in "${targets[@]}"; do
   PTET_FUZZ_TARGET=$target "$build/fuzz_long" "${options[@]}" "$corpus" "$here/corpus/$target" >"$log" 2>&1 || {
     findings=1
     echo "$target: a finding, see $log" >&2
-    grep -E -m 3 'broken promise|ERROR|SUMMARY|runtime error' "$log" >&2 || true
+    grep -aE -m 3 'broken promise|ERROR|SUMMARY|runtime error' "$log" >&2 || true
   }
   after=$(awk '{print $16 + $17}' /proc/$$/stat)
   cpu=$(((after - before) / $(getconf CLK_TCK)))
   executions=$(awk '/^stat::number_of_executed_units/ {print $2}' "$log")
-  last=$(grep -E '^#[0-9]+' "$log" | grep 'cov:' | tail -1)
+  last=$(grep -aE '^#[0-9]+' "$log" | grep -a 'cov:' | tail -1)
   edges=$(sed -E 's/.*cov: ([0-9]+).*/\1/' <<<"$last")
   features=$(sed -E 's/.*ft: ([0-9]+).*/\1/' <<<"$last")
   printf '%-13s %12s %8s %9s %7s %7s\n' "$target" "${executions:-?}" "$edges" "$features" \
