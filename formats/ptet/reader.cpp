@@ -211,7 +211,7 @@ Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options, V
     violated({"the header's hash does not match", 0, {}, {}, {}});
 
   check_limits();
-  constexpr std::uint64_t kEndBytes = kFooterBytes + 7 * kSectionBytes; // of a file with the known sections
+  constexpr std::uint64_t kEndBytes = kFooterBytes + 6 * kSectionBytes; // of a file with the mandatory sections
   const std::uint64_t end_bytes = std::min<std::uint64_t>(kEndBytes, size - kHeaderBytes);
   ahead.fetch(std::array{ByteRange{size - end_bytes, end_bytes}});
   const auto footer_bytes = ahead.get(size - kFooterBytes, kFooterBytes);
