@@ -40,8 +40,18 @@ private:
   std::set<std::tuple<std::string, std::optional<std::uint64_t>, Number, Number, Number>> told_;
 };
 
+/// Without the place, which a violation has by itself.
+std::string text_of(const Error& error) {
+  std::string text = error.what();
+  if (const auto offset = error.byte_offset()) {
+    const std::string place = " (at byte " + std::to_string(*offset) + ")";
+    if (text.ends_with(place)) text.resize(text.size() - place.size());
+  }
+  return text;
+}
+
 Violation violation_of(const Error& error) {
-  return {error.what(), error.byte_offset(), {}, {}, {}};
+  return {text_of(error), error.byte_offset(), {}, {}, {}};
 }
 
 /// Only kCorruptFile is about the file.
@@ -177,7 +187,7 @@ private:
     } catch (const BlockError& error) {
       rethrow_unless_corrupt(error);
       const auto record = error.record.is_none() ? std::nullopt : std::optional(error.record.index());
-      tell_({error.what(), error.block_offset, error.block, record, {}});
+      tell_({text_of(error), error.block_offset, error.block, record, {}});
       left_out_[error.block] = 1;
     } catch (const Error& error) {
       rethrow_unless_corrupt(error);
