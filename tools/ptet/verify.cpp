@@ -8,7 +8,7 @@
 #include "formats/ptet/stated_errors.hpp"
 #include "formats/ptet/verification.hpp"
 #include "formats/vtk/read.hpp"
-#include "ptet/dataset.hpp"
+#include "lod/input_order.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -146,7 +146,9 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   }
   progress.stage("comparing");
   Findings findings;
-  compare_meshes(original, file::finest_mesh(*verified.content), findings);
+  Extraction restored;
+  restored.mesh = file::finest_mesh(*verified.content);
+  compare_meshes(original, restored.mesh, findings);
   for (const std::string& wrong : findings.wrong)
     outcome.wrongs.add({wrong, {}, {}, {}, {}});
   outcome.notes.insert(outcome.notes.end(), findings.notes.begin(), findings.notes.end());
@@ -155,9 +157,10 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
     outcome.notes.emplace_back("the order that is kept was not compared, as the rest is not sound");
     return;
   }
-  Request all;
-  all.input_order = true;
-  const TetMesh ordered = Dataset::open(arguments.input)->extract(all).mesh;
+  for (std::uint32_t v = 0; v < restored.mesh.vertex_count(); ++v)
+    restored.vertex_in_file.emplace_back(v);
+  put_in_input_order(restored, verified.reader->read_input_order());
+  const TetMesh& ordered = restored.mesh;
   if (ordered.positions.bytes != original.positions.bytes || ordered.point_arrays != original.point_arrays ||
       ordered.tets != original.tets)
     outcome.wrongs.add({"the order that is kept is not that of the original", {}, {}, {}, {}});
