@@ -31,9 +31,9 @@ void read_exodus(const Source& source, Assembler& assembler);
 /// Throws Error(kIo) unless `path` is a regular file that can be opened.
 void check_readable(const std::string& path);
 
-/// Walks a legacy VTK file from its head to its point or cell data and throws Error(kBadInput) unless it is an
-/// unstructured grid whose tables are as long as they say: VTK's reader trusts those numbers and would run past its
-/// buffers. `path` begins the messages.
+/// Walks through a legacy VTK file and throws Error(kBadInput) unless it is an unstructured grid whose tables and
+/// attributes are as long as they say: VTK's reader trusts those numbers and would run past its buffers. `path` begins
+/// the messages.
 void check_legacy(const std::string& path);
 
 } // namespace ptet::vtkio

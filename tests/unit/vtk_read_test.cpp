@@ -95,8 +95,9 @@ std::string legacy_text(const std::string& cells, const std::string& types, cons
 } // namespace
 
 TEST_CASE("the cube of other people's writers is read", "[vtk]") {
-  const std::string name = GENERATE("meshio_zlib.vtu", "meshio_lzma.vtu", "meshio_ascii.vtu", "meshio_42.vtk",
-                                    "vtk_51.vtk", "vtk_appended_base64_lz4.vtu", "two_blocks.ex2", "two_pieces.pvtu");
+  const std::string name =
+      GENERATE("meshio_zlib.vtu", "meshio_lzma.vtu", "meshio_ascii.vtu", "meshio_42.vtk", "vtk_51.vtk",
+               "vtk_42_all.vtk", "vtk_51_all.vtk", "vtk_appended_base64_lz4.vtu", "two_blocks.ex2", "two_pieces.pvtu");
   INFO(name);
   ReadReport report;
   const TetMesh mesh = read_mesh(fixture(name), &report);
@@ -126,6 +127,13 @@ TEST_CASE("the cube of other people's writers is read", "[vtk]") {
                        [&](const std::string& note) { return note.find(part) != std::string::npos; });
   };
   if (name.starts_with("meshio")) CHECK(noted("cell array 'c' is not carried"));
+  if (name.ends_with("_all.vtk")) {
+    CHECK(noted("cell array 'colours' is not carried"));
+    REQUIRE(mesh.find("normals"));
+    CHECK(mesh.find("normals")->value(7, 2) == 1);
+    REQUIRE(mesh.find("tensors"));
+    CHECK(mesh.find("tensors")->components == 9);
+  }
   if (exodus) CHECK(noted("last of 2 time steps (time 1.5)"));
   if (pieces) CHECK(noted("joined 2 pieces"));
   if (pieces) CHECK(noted("skipped 1 ghost cell"));
@@ -378,6 +386,23 @@ TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1 2 7", "CELL_TYPES 1\n10"), "m.vtk").message,
              Catch::Contains("cell 0 uses point 7"));
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1", ""), "m.vtk").message, Catch::EndsWith("is cut short"));
+  const auto with = [](const std::string& attributes) {
+    return legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 1\n10", attributes);
+  };
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nFIELD f 1\na 1 -4 double\n1 2 3 4\n"), "m.vtk").message,
+             Catch::Contains("'-4' is not a count"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nFIELD f 1\na 9999999 4 double\n1 2\n"), "m.vtk").message,
+             Catch::Contains("more than the file can hold"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 5\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4 5\n"), "m.vtk").message,
+             Catch::Contains("has 4 points and data of 5 points"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nSCALARS a float -1\nLOOKUP_TABLE default\n"), "m.vtk").message,
+             Catch::Contains("'-1' is not a count"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nLOOKUP_TABLE t -2\n"), "m.vtk").message,
+             Catch::Contains("'-2' is not a count"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nVECTORS v float\n1 2 3 4\n"), "m.vtk").message,
+             Catch::EndsWith("is cut short"));
+  CHECK_THAT(failure_of_text(with("VECTORS v float\n1 2 3 4\n"), "m.vtk").message,
+             Catch::Contains("unknown keyword 'vectors'"));
   // A polyhedron of many faces, by a number of which only the lowest byte counts.
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 900000000 1 2 3", "CELL_TYPES 1\n298"), "m.vtk").message,
              Catch::Contains("cell 0 is a polyhedron"));

@@ -1,0 +1,318 @@
+#include "formats/vtk/sources.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+
+#include <vtkCellType.h>
+
+namespace ptet::vtkio {
+namespace {
+
+/// Bytes of one scalar of a type of the legacy format; 0: not one of a known size.
+std::uint64_t scalar_bytes(const std::string& type) {
+  static const std::map<std::string, std::uint64_t> kBytes = {
+      {"char", 1},           {"unsigned_char", 1}, {"signed_char", 1},   {"short", 2},
+      {"unsigned_short", 2}, {"int", 4},           {"unsigned_int", 4},  {"float", 4},
+      {"double", 8},         {"long", 8},          {"unsigned_long", 8}, {"vtkidtype", 4},
+      {"vtktypeint64", 8},   {"vtktypeuint64", 8}, {"long_long", 8},     {"unsigned_long_long", 8}};
+  const auto found = kBytes.find(type);
+  return found == kBytes.end() ? 0 : found->second;
+}
+
+// VTK asks for as much memory as a count says and puts there what it finds, without a look at whether the file holds as
+// much, or whether the count is negative. This goes through the file before VTK does, and looks.
+class LegacyWalk {
+public:
+  explicit LegacyWalk(const std::string& path)
+      : path_(path), bytes_(std::filesystem::file_size(path)), stream_(path, std::ios::binary) {}
+
+  void check() {
+    read_head();
+    while (true) {
+      const std::string keyword = word();
+      if (keyword.empty()) break;
+      if (keyword == "points") {
+        points_ = count();
+        skip_values(multiplied(points_, 3), word());
+      } else if (keyword == "cells") {
+        read_cells();
+      } else if (keyword == "cell_types") {
+        read_cell_types();
+      } else if (keyword == "field") {
+        skip_fields();
+      } else if (keyword == "metadata") {
+        skip_metadata();
+      } else if (keyword == "point_data") {
+        begin_attributes(points_, "points");
+      } else if (keyword == "cell_data") {
+        begin_attributes(cells_, "cells");
+      } else if (!rows_ || !skip_attribute(keyword)) {
+        fail("unknown keyword " + quoted(keyword));
+      }
+    }
+    if (cells_ != cell_types_) fail("has " + grouped(cells_) + " cells and " + grouped(cell_types_) + " cell types");
+  }
+
+private:
+  [[noreturn]] void fail(const std::string& reason) const { throw Error(ErrorCode::kBadInput, path_ + ": " + reason); }
+
+  static std::string quoted(const std::string& text) {
+    std::string shown = text.substr(0, 32);
+    std::replace_if(
+        shown.begin(), shown.end(), [](unsigned char c) { return !std::isprint(c); }, '?');
+    return '\'' + shown + '\'';
+  }
+
+  /// The next word in lower case; empty at the end of the file. VTK's own words are at most 255 long.
+  std::string word() {
+    std::string text;
+    stream_ >> std::ws;
+    for (int c = stream_.peek(); c != std::ifstream::traits_type::eof() && !std::isspace(c); c = stream_.peek()) {
+      if (text.size() == 255) fail("a word is too long to be one of a VTK file");
+      text += static_cast<char>(std::tolower(stream_.get()));
+    }
+    return text;
+  }
+
+  std::uint64_t count() { return count(word()); }
+  std::uint64_t count(const std::string& text) {
+    if (text.empty()) fail("ends early");
+    const bool digits = std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
+    if (!digits || text.size() > 18) fail(quoted(text) + " is not a count");
+    const std::uint64_t value = std::stoull(text);
+    // The smallest value takes a byte (binary), or a digit and a space.
+    if (value > bytes_) fail("announces " + grouped(value) + " values, more than the file can hold");
+    return value;
+  }
+
+  std::uint64_t multiplied(std::uint64_t a, std::uint64_t b) const {
+    if (a != 0 && b > bytes_ / a) fail("announces more values than the file can hold");
+    return a * b;
+  }
+
+  void skip_line_end() {
+    std::string rest;
+    std::getline(stream_, rest);
+  }
+
+  void skip_values(std::uint64_t values, const std::string& type) {
+    if (type == "string" || type == "utf8_string") return skip_strings(values);
+    const bool is_bits = type == "bit";
+    const std::uint64_t size = is_bits ? 1 : scalar_bytes(type);
+    if (type == "variant") {
+      skip_words(multiplied(values, 2)); // a number for its type each, and the value
+    } else if (size == 0) {
+      fail("holds values of the unknown type " + quoted(type));
+    } else if (binary_) {
+      skip_line_end();
+      skip_bytes(is_bits ? (values + 7) / 8 : multiplied(values, size));
+    } else {
+      skip_words(values);
+    }
+  }
+  void skip_bytes(std::uint64_t length) {
+    if (length > bytes_ - position()) fail("is cut short");
+    stream_.seekg(static_cast<std::streamoff>(length), std::ios::cur);
+  }
+  void skip_words(std::uint64_t words) {
+    for (std::uint64_t i = 0; i < words; ++i)
+      if (word().empty()) fail("is cut short");
+  }
+  // A line each, or bytes after their number, of which the first two bits say how many bytes it has itself.
+  void skip_strings(std::uint64_t strings) {
+    skip_line_end();
+    for (std::uint64_t i = 0; i < strings; ++i) {
+      if (!binary_) {
+        skip_line_end();
+      } else {
+        const int first = stream_.peek();
+        if (first < 0) fail("is cut short");
+        const int bytes = 8 >> (first >> 6);
+        std::uint64_t length = 0;
+        for (int byte = 0; byte < bytes; ++byte) {
+          const int next = stream_.get();
+          if (next < 0) fail("is cut short");
+          length = length << 8 | static_cast<std::uint64_t>(byte == 0 ? next & 0x3F : next);
+        }
+        skip_bytes(length);
+      }
+      if (!stream_) fail("is cut short");
+    }
+  }
+
+  std::uint64_t position() {
+    const auto at = stream_.tellg();
+    return at < 0 ? bytes_ : static_cast<std::uint64_t>(at);
+  }
+
+  void read_head() {
+    std::string line;
+    std::getline(stream_, line);
+    // As VTK looks for it: other files it would take for the oldest version.
+    int major = 0;
+    int minor = 0;
+    if (std::sscanf(line.c_str(), "# vtk DataFile Version %d.%d", &major, &minor) != 2)
+      fail("has no version in its first line");
+    has_offsets_ = major >= 5;
+    std::getline(stream_, line);
+    if (line.size() > 255) fail("has a title of more than 255 characters");
+    const std::string encoding = word();
+    if (encoding != "ascii" && encoding != "binary") fail("is neither ASCII nor BINARY");
+    binary_ = encoding == "binary";
+    const std::string keyword = word();
+    if (keyword != "dataset") fail("holds no dataset");
+    const std::string dataset = word();
+    if (dataset != "unstructured_grid")
+      fail("holds a dataset of type " + quoted(dataset) + ": ptet needs an unstructured_grid");
+  }
+
+  void read_cells() {
+    if (has_offsets_) {
+      const std::uint64_t offsets = count();
+      const std::uint64_t ids = count();
+      cells_ = offsets == 0 ? 0 : offsets - 1;
+      if (offsets == 0) return;
+      if (word() != "offsets") fail("has no offsets of its cells");
+      skip_values(offsets, word());
+      if (word() != "connectivity") fail("has no connectivity of its cells");
+      skip_values(ids, word());
+      return;
+    }
+    cells_ = count();
+    const std::uint64_t size = count();
+    if (binary_) {
+      skip_line_end();
+      if (multiplied(size, 4) > bytes_ - position()) fail("is cut short");
+    }
+    std::uint64_t used = 0;
+    for (std::uint64_t cell = 0; cell < cells_; ++cell) {
+      const std::int64_t points = next_int();
+      if (points < 0 || static_cast<std::uint64_t>(points) >= size - used)
+        fail("cell " + std::to_string(cell) + " does not fit in the table of cells");
+      used += static_cast<std::uint64_t>(points) + 1;
+      for (std::int64_t i = 0; i < points; ++i)
+        next_int();
+      if (used == size && cell + 1 < cells_) fail("has fewer cells than it says");
+    }
+    if (used != size) fail("has a table of cells of another size than it says");
+  }
+
+  // VTK follows the faces of a polyhedron through the table of cells without a look at where that ends. Of a type it
+  // takes the lowest byte.
+  void read_cell_types() {
+    cell_types_ = count();
+    if (binary_) {
+      skip_line_end();
+      if (multiplied(cell_types_, 4) > bytes_ - position()) fail("is cut short");
+    }
+    for (std::uint64_t cell = 0; cell < cell_types_; ++cell)
+      if ((next_int() & 0xFF) == VTK_POLYHEDRON)
+        fail("cell " + std::to_string(cell) + " is a polyhedron, which ptet cannot split into tetrahedra");
+  }
+
+  std::int64_t next_int() {
+    if (binary_) {
+      std::array<unsigned char, 4> raw{};
+      stream_.read(reinterpret_cast<char*>(raw.data()), 4);
+      if (!stream_) fail("is cut short");
+      return static_cast<std::int32_t>(static_cast<std::uint32_t>(raw[0]) << 24 |
+                                       static_cast<std::uint32_t>(raw[1]) << 16 |
+                                       static_cast<std::uint32_t>(raw[2]) << 8 | raw[3]);
+    }
+    const std::string text = word();
+    if (text.empty()) fail("is cut short");
+    char* end = nullptr;
+    const long long value = std::strtoll(text.c_str(), &end, 10);
+    if (*end != '\0') fail(quoted(text) + " is not a point id or cell type");
+    return value;
+  }
+
+  void begin_attributes(std::uint64_t rows, const std::string& what) {
+    const std::uint64_t stated = count();
+    if (stated != rows) fail("has " + grouped(rows) + ' ' + what + " and data of " + grouped(stated) + ' ' + what);
+    rows_ = rows;
+  }
+
+  /// Of the points or the cells, whichever were begun last. Returns whether there is such an attribute.
+  bool skip_attribute(const std::string& keyword) {
+    static const std::map<std::string, std::uint64_t> kComponents = {
+        {"vectors", 3},    {"normals", 3},      {"tensors", 9},   {"tensors6", 6},
+        {"global_ids", 1}, {"pedigree_ids", 1}, {"edge_flags", 1}};
+    if (const auto found = kComponents.find(keyword); found != kComponents.end()) {
+      word(); // its name
+      skip_values(multiplied(*rows_, found->second), word());
+    } else if (keyword == "scalars") {
+      word();
+      const std::string type = word();
+      std::string next = word();
+      std::uint64_t components = 1;
+      if (next != "lookup_table") {
+        components = count(next);
+        next = word();
+      }
+      if (next != "lookup_table") fail("has scalars without a LOOKUP_TABLE");
+      word();
+      skip_values(multiplied(*rows_, components), type);
+    } else if (keyword == "color_scalars") {
+      word();
+      skip_values(multiplied(*rows_, count()), binary_ ? "unsigned_char" : "float");
+    } else if (keyword == "texture_coordinates") {
+      word();
+      const std::uint64_t components = count();
+      skip_values(multiplied(*rows_, components), word());
+    } else if (keyword == "lookup_table") {
+      word();
+      skip_values(multiplied(count(), 4), binary_ ? "unsigned_char" : "float");
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void skip_fields() {
+    word();
+    const std::uint64_t arrays = count();
+    for (std::uint64_t i = 0; i < arrays; ++i) {
+      std::string name = word();
+      if (i > 0 && name == "metadata") { // of the array before
+        skip_metadata();
+        name = word();
+      }
+      if (name == "null_array") continue;
+      const std::uint64_t components = count();
+      const std::uint64_t rows = count();
+      skip_values(multiplied(components, rows), word());
+    }
+  }
+
+  void skip_metadata() {
+    skip_line_end();
+    std::string line;
+    while (std::getline(stream_, line) && line.find_first_not_of(" \r\t") != std::string::npos) {
+    }
+  }
+
+  std::string path_;
+  std::uint64_t bytes_;
+  std::ifstream stream_;
+  bool binary_ = false;
+  bool has_offsets_ = false; ///< from version 5 on: cells as offsets and connectivity
+  std::uint64_t points_ = 0;
+  std::uint64_t cells_ = 0;
+  std::uint64_t cell_types_ = 0;
+  std::optional<std::uint64_t> rows_; ///< of the attributes that follow
+};
+
+} // namespace
+
+void check_legacy(const std::string& path) {
+  LegacyWalk(path).check();
+}
+
+} // namespace ptet::vtkio
