@@ -41,6 +41,8 @@ inline constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 /// NaN when the field does not govern or was not measured.
 [[nodiscard]] double error_at(const std::vector<double>& errors, const GoverningPlaces& places, std::size_t field);
 [[nodiscard]] ptet_limit number_of(LimitedBy limit);
+/// Throws Error(kBadArgument) when there is no such failure.
+[[nodiscard]] ptet_block_failure describe_failure(std::span<const BlockFailure> failures, std::uint32_t failure);
 [[nodiscard]] ptet_array describe_array(const PointArray& array);
 /// Throws Error(kBadArgument) when there is no such field.
 [[nodiscard]] const PointArray& array_at(std::span<const PointArray> arrays, std::uint32_t field);

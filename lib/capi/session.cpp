@@ -14,6 +14,7 @@ struct ptet_session {
   Session session;
   GoverningPlaces governing;
   std::vector<double> field_error, rms_error; ///< of the last update
+  std::span<const BlockFailure> failures;     ///< likewise
 };
 // NOLINTEND(readability-identifier-naming)
 
@@ -54,6 +55,7 @@ ptet_session_changes describe(const SessionUpdate& update) {
   changes.limited_by = number_of(update.limited_by);
   changes.complete = update.complete ? 1 : 0;
   changes.renumbered = update.renumbered ? 1 : 0;
+  changes.failures = static_cast<std::uint32_t>(update.failures.size());
   return changes;
 }
 
@@ -64,8 +66,8 @@ ptet_status ptet_session_open(const ptet_dataset* dataset, ptet_session** sessio
   return guarded(error, [&] {
     (void)required(session, "where to put the session");
     const auto& data = required(dataset, "the dataset").data;
-    *session =
-        std::make_unique<ptet_session>(ptet_session{Session(data), governing_places(data->info()), {}, {}}).release();
+    *session = std::make_unique<ptet_session>(ptet_session{Session(data), governing_places(data->info()), {}, {}, {}})
+                   .release();
   });
 }
 
@@ -78,11 +80,19 @@ ptet_status ptet_session_update(ptet_session* session, const ptet_request* reque
   return guarded(error, [&] {
     ptet_session& of = required(session, "the session");
     if (changes != nullptr) (void)known_size(changes, "the changes"); // before the session changes
+    of.failures = {};
     const SessionUpdate& update = of.session.update(request == nullptr ? Request{} : request->request);
     of.field_error.assign(update.field_error.begin(), update.field_error.end());
     of.rms_error.assign(update.rms_error.begin(), update.rms_error.end());
+    of.failures = update.failures;
     if (changes != nullptr) fill(changes, describe(update), "the changes");
   });
+}
+
+ptet_status ptet_session_get_failure(const ptet_session* session, uint32_t failure, ptet_block_failure* info,
+                                     ptet_error** error) {
+  return guarded(
+      error, [&] { fill(info, describe_failure(required(session, "the session").failures, failure), "the failure"); });
 }
 
 const uint32_t* ptet_session_tets(const ptet_session* session, uint64_t* slots) {

@@ -316,16 +316,4 @@ Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const Progres
   return CutSearch(hierarchy, request, progress).run();
 }
 
-std::string validate(const Cut& cut, const Refinement& refinement) {
-  for (std::uint32_t r = 0; r < cut.applied.size(); ++r) {
-    if (cut.applied[r] == 0) continue;
-    if (!refinement.applied(RecordId{r})) return "record " + std::to_string(r) + " is in the cut but was not read";
-    for (const RecordId parent : refinement.parents(RecordId{r}))
-      if (cut.applied[parent.index()] == 0)
-        return "record " + std::to_string(r) + " is in the cut, its parent " + std::to_string(parent.index()) +
-               " is not";
-  }
-  return {};
-}
-
 } // namespace ptet

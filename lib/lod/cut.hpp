@@ -20,7 +20,4 @@ struct Cut {
 /// Reads the blocks it needs. Thread rule: see Hierarchy. `progress` is called between reads.
 [[nodiscard]] Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress);
 
-/// Explains why a cut is not closed; empty when it is. The lock must be held.
-[[nodiscard]] std::string validate(const Cut& cut, const Refinement& refinement);
-
 } // namespace ptet

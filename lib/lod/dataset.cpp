@@ -158,4 +158,9 @@ void Dataset::wait_until_loaded(const ProgressCallback& progress) const {
   impl_->hierarchy.loader().wait_until_loaded(progress);
 }
 
+std::uint64_t Dataset::bytes_read() const {
+  const auto lock = impl_->hierarchy.lock();
+  return impl_->hierarchy.bytes_read();
+}
+
 } // namespace ptet

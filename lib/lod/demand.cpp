@@ -17,21 +17,21 @@ BlockDemand of_block(const WantAll&, const file::BlockInfo&) {
 }
 
 BlockDemand of_block(const WantInside& want, const file::BlockInfo& block) {
-  // Own errors are no larger than the monotone ones that the table knows.
-  if (!want.limits.empty() && !exceeds(block.max_error.data(), want.limits)) return BlockDemand::kNone;
+  if (!want.limits.empty() && !exceeds(block.max_own.data(), want.limits)) return BlockDemand::kNone;
   if (!meets(want.region, block.box_min, block.box_max)) return BlockDemand::kNone;
   return want.limits.empty() && contains(want.region, block.box_min, block.box_max) ? BlockDemand::kAll
                                                                                     : BlockDemand::kSome;
 }
 
+// What is allowed is no number where it grows by 0 over an infinite distance: then nothing is.
 bool exceeds_at(const ErrorCode16* codes, const WantNear& want, double distance) {
   for (std::size_t i = 0; i < want.scale.size(); ++i)
-    if (decode_error(codes[i], want.scale[i]) > want.at_region[i] + want.per_distance[i] * distance) return true;
+    if (!(decode_error(codes[i], want.scale[i]) <= want.at_region[i] + want.per_distance[i] * distance)) return true;
   return false;
 }
 BlockDemand of_block(const WantNear& want, const file::BlockInfo& block) {
   const double apart = distance(want.region, block.box_min, block.box_max);
-  return exceeds_at(block.max_error.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
+  return exceeds_at(block.max_own.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
 }
 
 /// Whether a version, or one within the hull of the corners, may have an error that passes its limit.
@@ -49,9 +49,19 @@ bool may_exceed(const ErrorCode16* codes, const WantBounded& want, std::span<con
                                  : camera.length_of(want.max_pixels_unseen, camera.eye_distance(corners));
   return domain > limits.back() || decode_error(domain, want.domain_scale) > allowed;
 }
+/// Whether it may anywhere: without a look at where it is. Limits outside the picture are no lower than in it.
+bool may_exceed_somewhere(const ErrorCode16* codes, const WantBounded& want, bool has_face) {
+  if (want.limits.empty()) return true;
+  if (!want.camera) return exceeds(codes, want.limits);
+  for (std::size_t i = 0; i + 1 < want.limits.size(); ++i)
+    if (codes[i] > want.limits[i]) return true;
+  return has_face && codes[want.limits.size() - 1] != 0;
+}
 BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
+  const auto* const codes = want.is_plain() ? block.max_error.data() : block.max_own.data();
+  if (!may_exceed_somewhere(codes, want, true)) return BlockDemand::kNone;
   const auto corners = box_corners(block.box_min, block.box_max);
-  return may_exceed(block.max_error.data(), want, corners, true) ? BlockDemand::kSome : BlockDemand::kNone;
+  return may_exceed(codes, want, corners, true) ? BlockDemand::kSome : BlockDemand::kNone;
 }
 
 // ---- by the record ----
@@ -63,6 +73,12 @@ struct Record {
   [[nodiscard]] const Refinement& refinement() const { return hierarchy.content().refinement; }
   [[nodiscard]] const ErrorCode16* own() const { return row(hierarchy.content().own); }
   [[nodiscard]] const ErrorCode16* monotone() const { return row(hierarchy.content().monotone); }
+  /// Whether a boundary face is among C(r).
+  [[nodiscard]] bool has_coarse_face() const {
+    const auto kinds = refinement().parent_kinds(id);
+    return (refinement().base_kinds(id) & kHasGhosts) != 0 ||
+           std::any_of(kinds.begin(), kinds.end(), [](VersionKinds kind) { return (kind & kHasGhosts) != 0; });
+  }
 
 private:
   [[nodiscard]] const ErrorCode16* row(const std::vector<ErrorCode16>& codes) const {
@@ -96,8 +112,11 @@ bool wants_record(const WantNear& want, const Record& record) {
 bool wants_record(const WantBounded& want, const Record& record) {
   if (want.is_plain()) return exceeds(record.monotone(), want.limits);
   const ErrorCode16* const own = record.own();
-  const auto [min, max] = record.hierarchy.star_box(record.id);
-  if (!may_exceed(own, want, box_corners(min, max), true)) return false;
+  if (!may_exceed_somewhere(own, want, !want.camera || record.has_coarse_face())) return false;
+  if (want.camera) {
+    const auto [min, max] = record.hierarchy.star_box(record.id);
+    if (!may_exceed(own, want, box_corners(min, max), true)) return false;
+  }
   return any_coarse(record.refinement(), record.id, [&](const Tet& tet) {
     return (want.values.empty() ||
             std::any_of(want.values.begin(), want.values.end(),

@@ -165,7 +165,16 @@ std::uint64_t Loader::bytes_of(const BlockSet& set) const {
 
 // ---- loading ----
 
+// Memory ran out while blocks were put in their places.
+void Loader::repair() {
+  if (!is_spoilt_) return;
+  const std::lock_guard one(loading_);
+  const BlockSet none(reader_.blocks().size(), 0);
+  if (is_spoilt_) rebuild(none, none, true);
+}
+
 void Loader::load(BlockSet& closed) {
+  repair();
   bool is_there = false;
   {
     const auto guard = lock();

@@ -121,6 +121,7 @@ private:
   [[nodiscard]] BlockSet what_fits(const BlockSet& set) const;
   [[nodiscard]] std::vector<file::FetchedBlock> fetch(BlockSet& set, const BlockSet& loaded);
   void decode(std::vector<file::FetchedBlock> fetched);
+  void repair();
   bool rebuild(BlockSet keep, const BlockSet& was_loaded, bool must);
   bool try_to_rebuild(BlockSet& keep, std::vector<file::FetchedBlock> fetched);
   void apply_alone(std::vector<file::FetchedBlock> fetched);

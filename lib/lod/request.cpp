@@ -198,9 +198,10 @@ WantBounded bounded(const Request& request, const ResolvedRequest& resolved, con
   want.domain_scale = header.diagonal;
   if (request.view) {
     want.max_pixels = request.view->max_pixels;
-    want.max_pixels_unseen = request.view->max_pixels * request.view->outside;
-    if (std::isfinite(request.view->outside))
+    if (std::isfinite(request.view->outside)) {
+      want.max_pixels_unseen = request.view->max_pixels * request.view->outside;
       want.limits_unseen = global_limits(request, request.view->outside, header);
+    }
   }
   return want;
 }

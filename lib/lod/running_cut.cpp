@@ -29,10 +29,13 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
   const bool counted_wishes = counts_wishes();
   const bool wished_changed = is_stale_ || request.demand.wished != request_.demand.wished;
   bool promised_changed = is_stale_ || request.demand.promised != request_.demand.promised;
+  const bool was_found = is_found_anew_ && is_found_whole_ && request.demand == request_.demand &&
+                         request.budgets.has_size_of(request_.budgets) && request.origins == request_.origins;
   is_stale_ = true;
   request_ = request;
   if (counted_wishes || counts_wishes()) promised_changed = promised_changed || wished_changed;
   request_.budgets.max_seconds.reset();
+  if (was_found) return hierarchy_.lock();
   stopped_by_budget_ = false;
   std::fill(missing_.begin(), missing_.end(), char{0});
   if (counts_wishes() && request_.budgets.limit_size()) return find_anew();
@@ -49,9 +52,9 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
       read_[b] = 1;
   read_closed(read_);
   std::shared_lock lock = hierarchy_.lock();
-  const bool has_new = meet_new_blocks();
-  if (promised_changed || has_new) update_promised();
-  if (wished_changed || has_new) update_wished();
+  meet_new_blocks();
+  update_promised(promised_changed ? met_ : newly_met_);
+  update_wished(wished_changed ? met_ : newly_met_);
   if (request_.budgets.limit_size())
     spend_budget(lock);
   else
@@ -68,6 +71,7 @@ std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
     if (contains(r) != (found.applied[r] != 0)) touch(r);
   found_ = std::move(found);
   is_found_anew_ = true;
+  is_found_whole_ = std::count(found_.missing.begin(), found_.missing.end(), 1) == 0;
   read_ = found_.read;
   missing_ = found_.missing;
   stopped_by_budget_ = found_.limited_by == LimitedBy::kBudget;
@@ -89,23 +93,25 @@ void RunningCut::read_closed(BlockSet& set) {
 
 // Others may have read them, too.
 bool RunningCut::meet_new_blocks() {
-  bool found = false;
-  for (std::size_t b = 0; b < blocks_.size(); ++b)
+  newly_met_.clear();
+  for (std::uint32_t b = 0; b < blocks_.size(); ++b)
     if (is_met_[b] == 0 && hierarchy_.content().block_loaded[b] != 0) {
       is_met_[b] = 1;
-      found = true;
+      newly_met_.push_back(b);
     }
-  if (found) is_ordered_ = false;
-  return found;
+  if (newly_met_.empty()) return false;
+  met_.insert(met_.end(), newly_met_.begin(), newly_met_.end());
+  std::sort(met_.begin(), met_.end());
+  is_ordered_ = false;
+  return true;
 }
 
 // ---- promises ----
 
 // First what comes, then what goes: what both want stays where it is.
-void RunningCut::update_promised() {
+void RunningCut::update_promised(std::span<const std::uint32_t> which) {
   leaving_.clear();
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    if (is_met_[b] == 0) continue;
+  for (const std::uint32_t b : which) {
     const BlockDemand now = promised_of(blocks_[b]);
     const BlockDemand before = std::exchange(promised_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
@@ -160,9 +166,8 @@ void RunningCut::touch(std::uint32_t r) {
 
 // ---- wishes ----
 
-void RunningCut::update_wished() {
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    if (is_met_[b] == 0) continue;
+void RunningCut::update_wished(std::span<const std::uint32_t> which) {
+  for (const std::uint32_t b : which) {
     const BlockDemand now = wished_of(blocks_[b]);
     const BlockDemand before = std::exchange(wished_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
@@ -200,8 +205,8 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
     read_closed(read_);
     lock = hierarchy_.lock();
     if (meet_new_blocks()) {
-      update_promised();
-      update_wished();
+      update_promised(newly_met_);
+      update_wished(newly_met_);
     }
     order_records();
     const std::optional<BudgetRank> end = find_end(budget);

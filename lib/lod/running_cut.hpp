@@ -13,6 +13,7 @@
 
 #include <chrono>
 #include <optional>
+#include <span>
 
 namespace ptet {
 
@@ -65,8 +66,9 @@ private:
   [[nodiscard]] std::shared_lock<std::shared_mutex> find_anew();
   void read_closed(BlockSet& set);
   bool meet_new_blocks();
-  void update_promised();
-  void update_wished();
+  /// `which`: blocks that were met; all, where the request has changed.
+  void update_promised(std::span<const std::uint32_t> which);
+  void update_wished(std::span<const std::uint32_t> which);
   void use(std::uint32_t r);
   void release(std::uint32_t r);
   void touch(std::uint32_t r);
@@ -97,6 +99,7 @@ private:
 
   // By block.
   std::vector<char> is_met_; ///< its records are counted in what follows
+  std::vector<std::uint32_t> met_, newly_met_;
   std::vector<BlockDemand> promised_demand_, wished_demand_;
 
   // By record.
@@ -110,7 +113,8 @@ private:
   bool is_ordered_ = true;
 
   bool is_found_anew_ = false;
-  Cut found_; ///< where it is
+  bool is_found_whole_ = false; ///< and nothing was missing: the same request has the same cut
+  Cut found_;                   ///< where it is
 
   std::vector<std::uint32_t> open_, leaving_; // scratch
   BlockSet asked_for_;

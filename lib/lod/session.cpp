@@ -43,13 +43,18 @@ public:
     const auto begin = Clock::now();
     if (request.input_order)
       throw Error(ErrorCode::kBadArgument, "a session's slots have an order of their own, not that of the input");
-    resolve(request, hierarchy_.header(), request_);
-    asked_ = request;
-    asked_.max_milliseconds.reset();
+    resolve(request, hierarchy_.header(), next_); // what is refused has changed nothing
     const Loader::Turn turn(hierarchy_.loader());
     const std::optional<Clock::time_point> until = end_of(request.max_milliseconds, begin);
-    auto lock = cut_->set(request_, until);
     bool is_renumbered = false;
+    if (std::exchange(is_broken_, true)) {
+      start_over();
+      is_renumbered = true;
+    }
+    std::swap(request_, next_);
+    asked_ = request;
+    asked_.max_milliseconds.reset();
+    auto lock = cut_->set(request_, until);
     while (!is_sound()) {
       lock.unlock();
       start_over();
@@ -66,9 +71,9 @@ public:
       mesh_->follow_creators(cut_->read(), applied_);
     else
       mesh_->forget_creators();
-    result_.complete = change(until) && !cut_->is_out_of_time();
+    result_.complete = change(with_a_share(until, begin)) && !cut_->is_out_of_time();
     cut_->drop_touched([&](std::uint32_t r) { return cut_->contains(r) != (applied_[r] != 0); });
-    mesh_->show_unused_vertices(applied_count_ == applied_.size());
+    show_unused_vertices();
     if (result_.complete && mesh_->compact()) is_renumbered = true;
     result_.renumbered = is_renumbered;
     errors_->update(applied_, cut_->read());
@@ -77,13 +82,14 @@ public:
     result_.tets_added = result_.tets + result_.tets_removed - tets;
     result_.vertices_added = result_.vertices + result_.vertices_removed - vertices;
     result_.seconds = seconds_since(begin);
+    is_broken_ = false;
     return result_;
   }
 
   Extraction extraction() const {
     const auto begin = Clock::now();
     auto lock = hierarchy_.lock();
-    if (!is_sound()) {
+    if (is_broken_ || !is_sound()) {
       lock.unlock();
       return dataset_->extract(asked_);
     }
@@ -106,8 +112,10 @@ private:
     return loader.revision() == revision_ && loader.holds(cut_->read());
   }
 
-  // From the base mesh, as a new session does.
+  // From the base mesh, as a new session does. What a load that had no memory has left behind is put right before.
   void start_over() {
+    BlockSet none(hierarchy_.blocks().size(), 0);
+    hierarchy_.load(none);
     const auto lock = hierarchy_.lock();
     revision_ = hierarchy_.loader().revision();
     cut_.emplace(hierarchy_);
@@ -152,6 +160,20 @@ private:
     for (const std::uint32_t r : records)
       sorted_[bucket_[generation[r]]++] = r;
     records.swap(sorted_);
+  }
+
+  // Where finding the cut takes all the time, a view that moves would never be followed.
+  static std::optional<Clock::time_point> with_a_share(const std::optional<Clock::time_point>& until,
+                                                       Clock::time_point begin) {
+    if (!until) return until;
+    return std::max(*until, Clock::now() + (*until - begin) / 2);
+  }
+
+  // The points of no tet are in the original alone.
+  void show_unused_vertices() {
+    const std::uint64_t before = mesh_->vertex_count();
+    mesh_->show_unused_vertices(applied_count_ == applied_.size());
+    if (mesh_->vertex_count() < before) result_.vertices_removed += before - mesh_->vertex_count();
   }
 
   /// False when the time was up before all was done.
@@ -216,7 +238,8 @@ private:
   std::shared_ptr<const Dataset> dataset_;
   Hierarchy& hierarchy_;
   Request asked_; ///< last
-  ResolvedRequest request_;
+  ResolvedRequest request_, next_;
+  bool is_broken_ = false;     ///< an update did not come to its end: the next one starts over
   std::uint64_t revision_ = 0; ///< of the hierarchy's content that the following is about
   std::optional<RunningCut> cut_;
   std::optional<SlotMesh> mesh_;

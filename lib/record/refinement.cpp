@@ -91,7 +91,6 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
   target_.resize(record_count);
   first_fine_.resize(record_count);
   fine_count_.resize(record_count);
-  fine_tet_count_.resize(record_count);
   added_tet_count_.resize(record_count);
   parent_count_.resize(record_count);
   parent_begin_.resize(record_count);
@@ -186,12 +185,11 @@ void Refinement::measure_region(RecordId r) {
   // Whether a face is of the rim or a vertex is new is as good as chance, so both are written down and then counted.
   rim_.resize(3 * region_.size());
   link_.resize(3 * region_.size());
-  std::size_t rim_faces = 0, link_vertices = 0, real = 0, added = 0;
+  std::size_t rim_faces = 0, link_vertices = 0, added = 0;
   for (const RegionTet& tet : region_) {
     const Live& live = live_[tet.place];
     const Tet& corners = versions_[live.version];
     const bool ghost = is_ghost(VersionId{live.version});
-    real += ghost ? 0 : 1;
     for (std::uint32_t modified_corner = 1; modified_corner < 4; ++modified_corner) {
       const VertexId v = corners[tet.u_corner ^ modified_corner];
       link_[link_vertices] = v;
@@ -211,7 +209,6 @@ void Refinement::measure_region(RecordId r) {
   // V - E + F = 1, with 2 E = 3 F + rim.
   if (rim_.size() < 3 || 2 * link_.size() != region_.size() + rim_.size() + 2)
     fail(r, "the region of its vertex is no disk");
-  fine_tet_count_[r.index()] = static_cast<std::uint16_t>(real + added);
   added_tet_count_[r.index()] = static_cast<std::uint16_t>(added);
 }
 

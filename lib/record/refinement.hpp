@@ -116,8 +116,7 @@ public:
   /// ones around the edge (u, v), in order of the rim faces.
   [[nodiscard]] VersionId first_fine(RecordId r) const { return VersionId{first_fine_[r.index()]}; }
   [[nodiscard]] std::uint32_t fine_count(RecordId r) const { return fine_count_[r.index()]; }
-  /// Number of real (not ghost) tets in F(r), and in F(r) less C(r).
-  [[nodiscard]] std::uint32_t fine_tet_count(RecordId r) const { return fine_tet_count_[r.index()]; }
+  /// Number of real (not ghost) tets in F(r) less C(r).
   [[nodiscard]] std::uint32_t added_tet_count(RecordId r) const { return added_tet_count_[r.index()]; }
   /// The four vertices, in an order that is the same in every run; v = vertex_of(r) is at corner 0 in F(r).
   [[nodiscard]] const Tet& vertices(VersionId t) const { return versions_[t.index()]; }
@@ -261,7 +260,7 @@ private:
   // By record.
   std::vector<VertexId> target_;
   std::vector<std::uint32_t> first_fine_;
-  std::vector<std::uint16_t> fine_count_, fine_tet_count_, added_tet_count_;
+  std::vector<std::uint16_t> fine_count_, added_tet_count_;
   std::vector<std::uint32_t> parent_begin_, parent_count_;
   std::vector<RecordId> parents_;
   std::vector<VersionKinds> parent_kinds_, base_kinds_;

@@ -402,7 +402,20 @@ static void test_source(const ptet_bytes* bytes) {
   FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_extraction_get_failure(extraction, 0, NULL, &error));
   FAILS(PTET_BAD_ARGUMENT, "extraction is NULL", ptet_extraction_get_failure(NULL, 0, &failure, &error));
   ptet_extraction_free(extraction);
+  ptet_session* session = NULL;
+  ptet_session_changes changes = {.struct_size = sizeof changes};
+  SUCCEEDS(ptet_session_open(dataset, &session, &error));
+  FAILS(PTET_BAD_ARGUMENT, "no failure", ptet_session_get_failure(session, 0, &failure, &error));
+  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  CHECK(changes.complete == 0 && changes.failures > 0);
+  SUCCEEDS(ptet_session_get_failure(session, changes.failures - 1, &failure, &error));
+  CHECK(failure.status == PTET_IO_ERROR && strstr(failure.message, "-5") != NULL);
+  FAILS(PTET_BAD_ARGUMENT, "no failure", ptet_session_get_failure(session, changes.failures, &failure, &error));
+  FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_get_failure(NULL, 0, &failure, &error));
   memory.answer = 0; /* it can be had again */
+  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  CHECK(changes.complete == 1 && changes.failures == 0 && changes.tets == TETS);
+  ptet_session_free(session);
   SUCCEEDS(ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error));
   CHECK(memory.released == 0);
   ptet_dataset_free(dataset);
@@ -729,6 +742,14 @@ static void test_requests(const ptet_dataset* dataset) {
   EXTRACT();
   const uint64_t tets_of_box = info.tets;
   CHECK(info.limited_by == PTET_LIMITED_BY_FOCUS);
+  CHECK(ptet_extraction_part_field_error(extraction, PTET_PART_FOCUS, 0, 0) == 0);
+  CHECK(ptet_extraction_part_domain_error(extraction, PTET_PART_FOCUS, 0) == 0);
+  CHECK(ptet_extraction_field_error(extraction, 0) > 0);
+  CHECK(isnan(ptet_extraction_part_field_error(extraction, PTET_PART_FOCUS, 1, 0)));
+  CHECK(isnan(ptet_extraction_part_field_error(extraction, PTET_PART_FOCUS, 0, 2))); /* does not govern */
+  CHECK(isnan(ptet_extraction_part_domain_error(extraction, PTET_PART_VIEW, 0)));
+  CHECK(isnan(ptet_extraction_part_domain_error(NULL, PTET_PART_FOCUS, 0)));
+  CHECK(ptet_extraction_pixels_in_view(extraction) == 0);
   SUCCEEDS(ptet_request_add_focus_sphere(request, centre, 0.9, &error));
   SUCCEEDS(ptet_request_set_origins(request, 1, &error));
   EXTRACT();
@@ -754,6 +775,15 @@ static void test_requests(const ptet_dataset* dataset) {
   SUCCEEDS(ptet_request_set_focus_error(request, 0.05, 1, &error));
   EXTRACT();
   CHECK(info.tets < tets_of_both);
+  for (uint32_t region = 0; region < 2; ++region)
+    CHECK(ptet_extraction_part_field_error(extraction, PTET_PART_FOCUS, region, 0) <= 0.05 * field.range);
+
+  SUCCEEDS(ptet_request_clear(request, &error));
+  SUCCEEDS(ptet_request_add_field_error(request, "pressure", 0.02, 1, &error));
+  SUCCEEDS(ptet_request_add_values(request, "pressure", 0.5, 0.5, &error));
+  EXTRACT();
+  CHECK(ptet_extraction_part_field_error(extraction, PTET_PART_VALUES, 0, 0) <= 0.02 * field.range);
+  CHECK(ptet_extraction_part_field_error(extraction, PTET_PART_VALUES, 0, 0) > 0);
 #undef EXTRACT
   ptet_extraction_free(extraction);
   ptet_request_free(request);

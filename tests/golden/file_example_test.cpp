@@ -65,7 +65,7 @@ TEST_CASE("the worked example is read") {
   file::Content content = reader.read_base();
   CHECK(content.refinement.base_tet_count() == 1);
   reader.load(std::array<std::uint32_t, 1>{0}, content);
-  CHECK(content.refinement.fine_tet_count(RecordId{0}) == 1);
+  CHECK(content.refinement.added_tet_count(RecordId{0}) == 1);
   CHECK(content.refinement.validate().empty());
 }
 

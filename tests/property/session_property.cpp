@@ -63,6 +63,13 @@ const std::vector<Sample>& samples() {
   return made;
 }
 
+/// What a session begins with.
+Request base_mesh() {
+  Request request;
+  request.max_tets = 0;
+  return request;
+}
+
 /// Conforming, whatever it is that the session stopped at.
 void check_is_conforming(const Session& session) {
   const Extraction now = session.extraction();
@@ -85,6 +92,8 @@ TEST_CASE("a session goes from any request to any other") {
     Session session(shared);
     test::SlotCopy copy;
     test::RandomRequests requests(shared->info(), 101);
+    SessionUpdate before = session.update(base_mesh());
+    copy.follow(session, before);
     for (int i = 0; i < 150; ++i) {
       INFO(sample.name << ", request " << i);
       const Request request = requests.next();
@@ -92,11 +101,61 @@ TEST_CASE("a session goes from any request to any other") {
       REQUIRE(test::difference(session, update, Dataset::open_memory(sample.bytes)->extract(request)) == "");
       copy.follow(session, update);
       REQUIRE(copy.difference(session) == "");
+      REQUIRE(update.tets == before.tets + update.tets_added - update.tets_removed);
+      REQUIRE(update.vertices == before.vertices + update.vertices_added - update.vertices_removed);
+      REQUIRE(update.vertices_added <= update.vertices);
       const std::uint64_t tets = update.tets;
+      before = update;
       const SessionUpdate& again = session.update(request);
       REQUIRE(again.splits + again.collapses + again.changed_tets.size() + again.changed_vertices.size() == 0);
       REQUIRE(again.tets == tets);
     }
+  }
+}
+
+TEST_CASE("vertices of no tet come with the original and go with it") {
+  test::GridOptions options;
+  options.cells = {3, 3, 3};
+  TetMesh mesh = test::grid(options);
+  const auto more = [](PointArray& array) { array.bytes.resize(array.bytes.size() + 7 * array.row_bytes()); };
+  more(mesh.positions);
+  for (PointArray& array : mesh.point_arrays)
+    more(array);
+  const auto shared =
+      Dataset::open_memory(file::encode(mesh, test::simplify_naively(mesh), {"test", "unused vertices", "", {}, {}}));
+  Session session(shared);
+  const std::uint64_t few = session.update(base_mesh()).vertices;
+  const SessionUpdate whole = session.update({});
+  CHECK(whole.vertices == mesh.vertex_count());
+  CHECK(whole.vertices_added == mesh.vertex_count() - few);
+  const SessionUpdate& again = session.update(base_mesh());
+  CHECK(again.vertices_added == 0);
+  CHECK(again.vertices_removed == mesh.vertex_count() - few);
+}
+
+TEST_CASE("a refused request leaves a session as it was") {
+  for (const Sample& sample : samples()) {
+    const auto shared = Dataset::open_memory(sample.bytes);
+    Session session(shared);
+    Request request;
+    request.field_error = {{"", {0.1, true}}};
+    const SessionUpdate update = session.update(request);
+    Request wrong;
+    wrong.focus = {{Sphere{shared->info().box_min, shared->info().diagonal}}};
+    wrong.values = {{"no such field", 0, 1}};
+    wrong.origins = true;
+    CHECK_THROWS_AS(session.update(wrong), Error);
+    CHECK(test::difference(session, update, Dataset::open_memory(sample.bytes)->extract(request)) == "");
+  }
+}
+
+TEST_CASE("where errors may grow by nothing on the way, they may not be there at all, however far") {
+  for (const Sample& sample : samples()) {
+    Request request;
+    request.focus = {{Sphere{{1.5e308, 1.5e308, 1.5e308}, 1}, {0, true}, Bound{0, true}}};
+    const Extraction cut = Dataset::open_memory(sample.bytes)->extract(request);
+    for (const double error : cut.field_error)
+      CHECK(error == 0);
   }
 }
 
@@ -319,5 +378,25 @@ TEST_CASE("a session that has seen its requests allocates nothing") {
     }
     CHECK(allocations == before);
     CHECK(changes > 100);
+  }
+}
+
+// A budget together with a view is searched for among all records; not where it is the last request again.
+TEST_CASE("a session does not search for the same cut twice") {
+  for (const Sample& sample : samples()) {
+    const auto shared = Dataset::open_memory(sample.bytes);
+    Request request;
+    request.view = View{shared->info().box_max, {-1, -1, -1}};
+    request.view->max_pixels = GENERATE(0.0, 1.0);
+    request.max_tets = shared->info().tets / 2;
+    Session session(shared);
+    const std::uint64_t tets = session.update(request).tets;
+    session.update(request);
+    const long before = allocations;
+    const SessionUpdate& again = session.update(request);
+    CHECK(allocations == before);
+    CHECK(again.splits + again.collapses == 0);
+    CHECK(again.tets == tets);
+    CHECK(again.limited_by == shared->extract(request).limited_by);
   }
 }

@@ -1,5 +1,6 @@
 """Sessions: the mesh of each update is that of an extraction, and the arrays follow."""
 import gc
+import math
 import signal
 import threading
 import unittest
@@ -129,6 +130,10 @@ class Session(unittest.TestCase):
         np.testing.assert_array_equal(tets, wanted[1])
         with self.assertRaises(ValueError):
             new[0] = 0
+
+    def test_time_has_an_end(self):
+        with self.assertRaises(ptet.ArgumentError):
+            ptet.open(built(), ).session().update(budget=ptet.Budget(milliseconds=math.inf))
 
     def test_little_time_leads_to_the_same_mesh(self):
         data = ptet.open(built(), )

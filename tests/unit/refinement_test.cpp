@@ -119,7 +119,6 @@ TEST_CASE("refinement: a split of the single tet") {
     expected.insert(test::sorted_keeping_orientation(t));
   CHECK(present_tets(r) == expected);
   CHECK(r.fine_count(RecordId{0}) == 6);
-  CHECK(r.fine_tet_count(RecordId{0}) == 3);
   CHECK(r.added_tet_count(RecordId{0}) == 2);
   CHECK(r.parents(RecordId{0}).empty());
   CHECK(r.target(RecordId{0}) == VertexId{0});

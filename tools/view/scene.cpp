@@ -1,6 +1,5 @@
 #include "scene.hpp"
 
-#include "lod/dataset_impl.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -147,9 +146,7 @@ const Frame& Scene::step(const Settings& settings, std::optional<double> max_ms)
 }
 
 std::uint64_t Scene::bytes_read() const {
-  const Hierarchy& hierarchy = dataset_->impl().hierarchy;
-  const auto lock = hierarchy.lock();
-  return hierarchy.bytes_read();
+  return dataset_->bytes_read();
 }
 
 // By slot, of those that changed, unless another kind of colour was shown before.

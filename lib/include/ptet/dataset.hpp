@@ -164,6 +164,9 @@ public:
   /// Throws Error(kCancelled) when `progress`, called now and then, returns false; std::bad_alloc.
   void wait_until_loaded(const ProgressCallback& progress = {}) const;
 
+  /// From the source so far, opening included.
+  [[nodiscard]] std::uint64_t bytes_read() const;
+
   class Impl;
   explicit Dataset(std::unique_ptr<Impl> impl);
   [[nodiscard]] Impl& impl() const { return *impl_; }

@@ -201,11 +201,13 @@ ptet_status ptet_request_add_field_error(ptet_request* request, const char* fiel
                                          ptet_error** error);
 /* No point of the boundary or the original's may be further from the other than this. */
 ptet_status ptet_request_set_domain_error(ptet_request* request, double value, int32_t relative, ptet_error** error);
-/* Budgets: the smallest error that fits. The coarsest mesh and what focus regions need are there in any case. */
+/* Budgets: of what is asked the collapses that the builder made last are undone first, up to the first that does not
+ * fit. The coarsest mesh and what focus regions need are there in any case. */
 ptet_status ptet_request_set_max_tets(ptet_request* request, uint64_t tets, ptet_error** error);
 ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertices, ptet_error** error);
 /* How long ptet_session_update may take, about; what it then has not done the next update does. It reads at least one
- * block that it needs, and more as they seem to fit the time; it does not count what finding the cut takes. */
+ * block that it needs, and more as they seem to fit the time; it does not count what finding the cut takes.
+ * ptet_dataset_extract then gives what it has: two answers to such a request need not be the same. */
 ptet_status ptet_request_set_max_milliseconds(ptet_request* request, double milliseconds, ptet_error** error);
 /* Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each). */
 ptet_status ptet_request_set_max_bytes(ptet_request* request, uint64_t bytes, ptet_error** error);
@@ -360,6 +362,16 @@ ptet_status ptet_dataset_get_origin_values(const ptet_dataset* dataset, const ui
 /* The largest error of the field in this mesh, in its units: in a file built with exact evaluation no point has a
  * larger one. NaN when the field does not govern, or is none. */
 double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field);
+/* The same among the tets and boundary faces of a part of the mesh that the request names: what meets its focus region
+ * `number`; what may take its values of interest `number`, widened by their own error; what meets the picture of its
+ * view (`number` 0). NaN where the request had no such part, or the field does not govern. */
+typedef enum ptet_part { PTET_PART_FOCUS = 0, PTET_PART_VALUES = 1, PTET_PART_VIEW = 2 } ptet_part;
+double ptet_extraction_part_field_error(const ptet_extraction* extraction, ptet_part part, uint32_t number,
+                                        uint32_t field);
+double ptet_extraction_part_domain_error(const ptet_extraction* extraction, ptet_part part, uint32_t number);
+/* The largest domain error in the picture as the view counts it, pixels; INFINITY where a face with an error comes as
+ * near to the eye as the error is large, 0 without a view. */
+double ptet_extraction_pixels_in_view(const ptet_extraction* extraction);
 /* The root mean square of the field's error over the domain, in its units; NaN when the build did not measure it. */
 double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field);
 
@@ -399,16 +411,21 @@ typedef struct ptet_session_changes {
    * be fewer slots. So it is where of more than 4096 tet slots less than one in four is used once the update is
    * complete, and where the session had to start over. 0: slots stay. */
   int32_t renumbered;
-  int32_t unused;
+  uint32_t failures; /* blocks that could not be had, see ptet_session_get_failure */
 } ptet_session_changes;
 
 /* Begins with the coarsest mesh. The dataset may be freed before the session. */
 ptet_status ptet_session_open(const ptet_dataset* dataset, ptet_session** session, ptet_error** error);
 void ptet_session_free(ptet_session* session);
 /* Makes the mesh that answers `request` (NULL: the original): once it is complete, that of ptet_dataset_extract,
- * whatever came before. `changes` may be NULL. Errors as of ptet_dataset_extract; the mesh is then as it was. */
+ * whatever came before. `changes` may be NULL. Errors as of ptet_dataset_extract; after PTET_BAD_ARGUMENT the mesh is
+ * as it was, after others its slots are of no use before the next update, which starts over. */
 ptet_status ptet_session_update(ptet_session* session, const ptet_request* request, ptet_session_changes* changes,
                                 ptet_error** error);
+
+/* `failure`: 0 to ptet_session_changes.failures of the last update - 1; valid until the next one. */
+ptet_status ptet_session_get_failure(const ptet_session* session, uint32_t failure, ptet_block_failure* info,
+                                     ptet_error** error);
 
 /* The mesh by slots, valid until the next update; `slots`, unless NULL, is given their number. Unused slots are
  * UINT32_MAX throughout. */

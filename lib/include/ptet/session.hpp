@@ -64,9 +64,12 @@ public:
   /// before. Reads the blocks that it needs, and keeps them in memory. Where they were dropped all the same (a damaged
   /// block was met, see OpenOptions::memory_limit), it starts over from the base mesh, and slots may be other ones,
   /// see SessionUpdate::renumbered. Throws what extract
-  /// throws; the mesh is then as it was. Cost: proportional to what differs from the last request and to the blocks
-  /// that the request divides. Allocates no memory but to read, where the mesh grows beyond what it ever was, and
-  /// where it is renumbered; with origins, where they are asked for first.
+  /// throws. A request that is refused (kBadArgument) leaves the mesh as it was; whatever else is thrown, as for want
+  /// of memory, leaves slots that are of no use before the next update, which starts over.
+  /// Cost: proportional to what differs from the last request and to the blocks that the request divides. Where a view,
+  /// values or a falloff go with a budget of size, the cut is searched for among all records of such blocks unless the
+  /// request is the last one again. Allocates no memory but for that search, to read, where the mesh grows beyond what
+  /// it ever was, and where it is renumbered; with origins, where they are asked for first.
   const SessionUpdate& update(const Request& request);
 
   // The mesh by slots; unused slots are kUnused throughout, vertices none. Valid until the next update.
@@ -85,7 +88,8 @@ public:
   [[nodiscard]] const PointArray& positions() const;
   [[nodiscard]] std::span<const PointArray> point_arrays() const;
 
-  /// The mesh without slots, in the order of Dataset::extract.
+  /// The mesh without slots, in the order of Dataset::extract. Where the session would start over, see update(): that
+  /// of Dataset::extract for the last request without its time.
   [[nodiscard]] Extraction extraction() const;
 
 private:

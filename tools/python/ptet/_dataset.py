@@ -201,7 +201,7 @@ def _raise_shortfall(extraction: Extraction) -> None:
     """What cannot be had is an error; what is only not there yet is none."""
     what = "the mesh cannot be had in full: "
     hint = "; ptet.open(..., salvage=True) gives what is left, coarser"
-    if extraction.limited_by == "unreadable":
+    if extraction.limited_by == "unreadable" and extraction.failures:
         first = extraction.failures[0]
         others = len(extraction.failures) - 1
         blocks = f"block {first.block}" + (f" and {others} other{'s' if others > 1 else ''}" if others else "")

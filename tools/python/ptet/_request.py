@@ -261,6 +261,9 @@ def _set_budget(request: _core.Request, budget: Budget | int, vertices: int, tet
         request.max_bytes = parse_count(budget.bytes, 0, "bytes of a Budget")
     if budget.milliseconds is not None:
         request.max_milliseconds = _number(budget.milliseconds, "milliseconds of a Budget")
+        if not math.isfinite(request.max_milliseconds):
+            raise ArgumentError(f"the time allowed is {request.max_milliseconds} milliseconds; it must be a number "
+                                "that is not negative")
 
 
 def make_request(vertices: int, tets: int, *, error: ErrorBounds | None, domain_error: Bound | None,

@@ -42,7 +42,8 @@ class SessionUpdate:
         seconds: wall time of the call.
         renumbered: whether slots have other numbers than before, the first ones; those in use are all among the changed
             ones, and the arrays are shorter as a rule. So it is where of more than 4096 tet slots less than one in four
-            is used once the update is complete, and where damage was met. Otherwise slots stay.
+            is used once the update is complete, and where damage was met or a limit of memory has dropped blocks.
+            Otherwise slots stay.
     """
 
     changed_tets: Slots
@@ -129,8 +130,8 @@ class Session:
                focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
                view: View | None = None, budget: Budget | int | None = None, origins: bool = False) -> SessionUpdate:
         """Makes the mesh that answers the request; arguments as of Dataset.extract. With `origins` there is `made_by`
-        until the next update without, kept up like the tets. What does not fit Budget.milliseconds is left to the next update. Blocks that cannot be had do not raise here: `complete`,
-        `limited_by` and `failures` tell.
+        until the next update without, kept up like the tets. What does not fit Budget.milliseconds is left to the next
+        update. Blocks that cannot be had do not raise here: `complete`, `limited_by` and `failures` tell.
 
         Raises:
             ArgumentError; the mesh is then as it was. Error: another thread updates. Ctrl-C raises KeyboardInterrupt;
