@@ -1,6 +1,7 @@
 // Closest points on triangles and tetrahedra, as barycentric coordinates.
 //
-// Source: Ericson, Real-Time Collision Detection (2005), sections 5.1.5 and 5.1.6.
+// Source: Ericson, Real-Time Collision Detection (2005), sections 5.1.5 and 5.1.6; thin triangles, where its products
+// of coordinates cancel, another way.
 #pragma once
 
 #include "ptet/mesh.hpp"

@@ -103,6 +103,36 @@ TEST_CASE("closest point of triangles that are a segment or a point", "[closest-
   }
 }
 
+TEST_CASE("closest point of thin triangles: to the last digits, whichever corner comes first", "[closest-point]") {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> number(0, 1);
+  for (const double height : {1e-2, 1e-4, 1e-6, 1e-8})
+    // A needle with two right angles nearly, one with a right angle, one that is flat at its apex.
+    for (const double apex : {0.0, 1.0, 0.4})
+      for (int i = 0; i < 300; ++i) {
+        const Point offset = random_point(random, 3);
+        // In the plane y = offset: points over, beside and beyond the triangle are known without its coordinates.
+        std::array<Point, 3> t = {{{0, 0, 0}, {1, 0, 0}, {apex, 0, height}}};
+        for (Point& x : t)
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            x[axis] += offset[axis];
+        double u = number(random), v = number(random);
+        if (u + v > 1) {
+          u = 1 - u;
+          v = 1 - v;
+        }
+        const Point on = combine<3>({1 - u - v, u, v}, t);
+        const double lift = i % 3 == 0 ? 0 : i % 3 == 1 ? 1e-9 : 0.1;
+        const Point p{on[0], on[1] + lift, on[2]};
+        std::rotate(t.begin(), t.begin() + i % 3, t.end());
+        if (i % 2 == 0) std::swap(t[1], t[2]);
+        const ClosestOnTriangle closest = closest_on_triangle(p, t[0], t[1], t[2]);
+        INFO("height " << height << ", apex " << apex << ", lift " << lift);
+        CHECK(std::sqrt(closest.distance_sq) == Approx(p[1] - offset[1]).margin(1e-13));
+        check_weights(closest, p, t);
+      }
+}
+
 TEST_CASE("closest point of a tet's surface: the best of its four faces", "[closest-point]") {
   std::mt19937 random(5);
   for (int i = 0; i < 200; ++i) {
