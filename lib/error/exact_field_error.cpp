@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace ptet {
@@ -15,6 +16,12 @@ namespace {
 constexpr std::uint32_t kOutside = 0xffffffffU;
 /// So many channels go through the clipping themselves. Of more, what goes through it are weights of the tet's corners.
 constexpr std::size_t kMostCarried = 8;
+/// What rounding can make of a zero among barycentric coordinates, against the lengths and the volume they come from;
+/// in versions so flat that it would be more than kMostRounding it is taken for no more.
+constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+constexpr double kMostRounding = 1e-10;
+/// A part of so little of both tets is where they touch.
+constexpr double kTouching = 1e-27;
 
 /// An original tet, as a walk wants it.
 struct Cell {
@@ -187,21 +194,28 @@ struct ExactFieldError::Impl {
     const FaceTable faces = build_face_table(tets, p.used_vertex_count);
     std::vector<BoundingBox> boxes;
     cells.reserve(tets.size());
-    for (std::uint32_t t = 0; t < tets.size(); ++t) {
+    for (const Tet& tet : tets) {
       Cell& cell = cells.emplace_back();
+      for (std::size_t k = 0; k < 4; ++k)
+        cell.v[k] = tet[k].index();
+      const Point& o = point(cell.v[0]);
+      cell.volume = std::abs(dot(point(cell.v[1]) - o, cross(point(cell.v[2]) - o, point(cell.v[3]) - o))) / 6;
+      if (!is_flat(cell)) continue;
+      for (const std::uint32_t v : cell.v)
+        on_boundary[v] = 1;
+    }
+    for (std::uint32_t t = 0; t < tets.size(); ++t) {
+      Cell& cell = cells[t];
       for (std::uint32_t k = 0; k < 4; ++k) {
         const HalfFace h = 4 * t + k;
-        cell.v[k] = tets[t][k].index();
         cell.neighbor[k] = faces.is_boundary(h) ? kOutside : faces.mate[h] / 4;
-        if (!faces.is_boundary(h)) continue;
+        if (!faces.is_boundary(h) && is_flat(cell) == is_flat(cells[cell.neighbor[k]])) continue;
         const Face face = face_of(tets, h);
         boxes.push_back(box_of<3>({point(face[0].index()), point(face[1].index()), point(face[2].index())}));
         boundary_faces.push_back(h);
         for (const VertexId v : face)
           on_boundary[v.index()] = 1;
       }
-      const Point& o = point(cell.v[0]);
-      cell.volume = std::abs(dot(point(cell.v[1]) - o, cross(point(cell.v[2]) - o, point(cell.v[3]) - o))) / 6;
     }
     boundary_tree.emplace(boxes);
     std::vector<std::uint32_t> count(p.used_vertex_count + 1);
@@ -218,6 +232,7 @@ struct ExactFieldError::Impl {
   }
 
   [[nodiscard]] const Point& point(std::uint32_t v) const { return prepared.points[v]; }
+  [[nodiscard]] static bool is_flat(const Cell& cell) { return !(cell.volume > 0); }
 
   const PreparedMesh& prepared;
   ChannelView channels;
@@ -226,9 +241,9 @@ struct ExactFieldError::Impl {
   std::vector<Cell> cells;               ///< the original tets
   std::vector<std::uint32_t> star_begin; ///< by vertex, into `star`
   std::vector<std::uint32_t> star;       ///< tets around each vertex
-  std::vector<char> on_boundary;         ///< by vertex
-  std::vector<HalfFace> boundary_faces;
-  std::optional<BoxTree> boundary_tree; ///< of these
+  std::vector<char> on_boundary;         ///< by vertex: of a boundary face or a flat tet
+  std::vector<HalfFace> boundary_faces;  ///< and those between tets with and without volume
+  std::optional<BoxTree> boundary_tree;  ///< of these
 };
 
 ExactFieldError::Workspace::Workspace(const ExactFieldError& original)
@@ -292,6 +307,8 @@ private:
     const double det = dot(e1, n1);
     if (!(det > 0) || !std::isfinite(1 / det)) return false;
     plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
+    touching_ = kTouching * det / 6;
+    rounding_ = kRounding / det * std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
     w_.queue_.clear();
     w_.rows_.clear();
     w_.differences_.clear();
@@ -328,11 +345,16 @@ private:
     const double b2 = dot(plane_[1], d);
     const double b3 = dot(plane_[2], d);
     Row row{{1 - b1 - b2 - b3, b1, b2, b3}, 0, 0};
+    const double* const at_v = values(v);
+    const auto b = row.barycentric;
+    // What lies on a plane of the version is not to be seen within: it may belong to what is on its other side, as at a
+    // crack, where the field has another value.
+    const double zero = std::min(kMostRounding, rounding_ * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2])));
+    for (double& coordinate : row.barycentric)
+      if (std::abs(coordinate) <= zero) coordinate = 0;
     row.beyond = static_cast<std::uint8_t>(not_positive(row.barycentric));
     row.strictly_beyond = static_cast<std::uint8_t>(negative(row.barycentric));
     w_.rows_.push_back(row);
-    const double* const at_v = values(v);
-    const auto& b = row.barycentric;
     const std::size_t begin = w_.differences_.size();
     w_.differences_.resize(begin + channels_);
     double* const differences = w_.differences_.data() + begin;
@@ -373,17 +395,15 @@ private:
         rows[k] = look_at(cell.v[k]);
         beyond[k] = w_.rows_[rows[k]].beyond;
       }
-      const bool flat = !(cell.volume > 0);
+      const bool flat = Impl::is_flat(cell);
       if (!flat && !see_tet(rows, cell.volume)) continue;
       for (std::size_t k = 0; k < 4; ++k) {
         const auto& face = kOutwardFace[k];
         if ((beyond[face[0]] & beyond[face[1]] & beyond[face[2]]) != 0) continue;
         if (flat) see_face({rows[face[0]], rows[face[1]], rows[face[2]]});
         const std::uint32_t other = cell.neighbor[k];
-        if (other == kOutside)
-          met_boundary_ = true;
-        else if (w_.tet_stamp_[other] < queued())
-          push(other);
+        if (other == kOutside || Impl::is_flat(original_.cells[other]) != flat) met_boundary_ = true;
+        if (other != kOutside && w_.tet_stamp_[other] < queued()) push(other);
       }
     }
   }
@@ -459,14 +479,16 @@ private:
         std::copy_n(d[k], N, corners[k].carried.begin());
       }
       bool any = false;
+      double covered = 0;
       auto use = [&](const Corners<N>& piece, double part) {
         any = true;
+        covered += part;
         seen.add(
             {piece[0]->carried.data(), piece[1]->carried.data(), piece[2]->carried.data(), piece[3]->carried.data()},
             part, ends_field);
       };
       Clip<N, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
-      if (!any) return false;
+      if (only_touches(covered, volume)) return any;
     }
     for (std::size_t c = 0; c < N; ++c) {
       const std::size_t field = original_.channels.field_of[c];
@@ -486,8 +508,11 @@ private:
       corners[k].carried[k] = 1;
     }
     bool any = false;
+    double covered = 0;
+    seen_sq_.assign(errors_.size(), 0.0);
     auto use = [&](const Corners<4>& piece, double part) {
       any = true;
+      covered += part;
       std::array<double, 4> norm_sq{};
       for (std::size_t c = 0; c < channels_; ++c) {
         double sum = 0;
@@ -503,12 +528,20 @@ private:
         const std::size_t field = original_.channels.field_of[c];
         if (!squared_.empty()) squared_[field] += part / 20 * (sum * sum + sum_sq);
         if (original_.ends_field[c] == 0) continue;
-        raise_error(field, *std::max_element(norm_sq.begin(), norm_sq.end()));
+        seen_sq_[field] = std::max(seen_sq_[field], *std::max_element(norm_sq.begin(), norm_sq.end()));
         norm_sq = {};
       }
     };
     Clip<4, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
+    for (std::size_t field = 0; field < seen_sq_.size() && !only_touches(covered, volume); ++field)
+      raise_error(field, seen_sq_[field]);
     return any;
+  }
+
+  /// Whether a part of an original tet has no volume but what rounding gave it. What touches from outside, as across a
+  /// crack, may have another value there; what hangs together by faces is seen in a part with a volume.
+  [[nodiscard]] bool only_touches(double covered, double volume) const {
+    return !(covered > std::min(touching_, kTouching * volume));
   }
 
   void raise_error(std::size_t field, double error_sq) {
@@ -551,6 +584,9 @@ private:
   Point origin_{};
   std::array<const double*, 4> values_{}; ///< at the corners
   std::array<Vec3, 3> plane_{};           ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
+  std::vector<double> seen_sq_;           ///< by field: of one tet
+  double touching_ = 0;                   ///< parts of no larger volume touch
+  double rounding_ = 0;                   ///< of these, for each unit of |p - origin|
   std::size_t next_ = 0;
   bool met_boundary_ = false;
 };

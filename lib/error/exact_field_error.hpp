@@ -14,6 +14,8 @@
 // may meet; t is convex, so its parts hang together by faces as long as the domain does. Where the walk comes upon the
 // original boundary inside t, t may hold parts of the domain that hang together only outside of it; each such part
 // has a boundary face in t, so the walk starts again from every boundary face that meets t.
+// Flat original tets, such as those between layers that fell together when coordinates were rounded, may lie beside t
+// and hide what is behind them: faces between tets with and without volume count as boundary faces here.
 //
 // Source: Cignoni et al. 2000, sections 4.1 and 4.2 (the errors), which take the maximum over removed vertices only.
 #pragma once

@@ -217,6 +217,64 @@ TEST_CASE("a flat original tet has errors where two of its edges cross") {
   CHECK(Original(mesh, value).measure(version).largest < 0.25);
 }
 
+TEST_CASE("across a crack the field is not looked at") {
+  // Two blocks that meet at points of their own; over the second one the field is 100 larger.
+  const TetMesh block = test::grid({{3, 3, 3}, {}, 0, 1});
+  const auto count = static_cast<std::uint32_t>(block.vertex_count());
+  std::vector<Point> points;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  std::vector<double> value;
+  std::mt19937_64 random(2);
+  for (std::uint32_t half = 0; half < 2; ++half) {
+    for (std::uint32_t v = 0; v < count; ++v) {
+      const Point p = block.position(VertexId{v});
+      points.push_back({p[0] + 48 * half, p[1], p[2]});
+      value.push_back(100 * half + static_cast<double>(random() % 1000) / 1000);
+    }
+    for (const Tet& tet : block.tets)
+      tets.push_back({tet[0].index() + count * half, tet[1].index() + count * half, tet[2].index() + count * half,
+                      tet[3].index() + count * half});
+  }
+  const Original original(test::make_mesh(points, tets), value);
+  int with_errors = 0;
+  for (int tries = 0; tries < 1000; ++tries) {
+    std::array<std::uint32_t, 4> version{};
+    for (std::uint32_t& v : version)
+      v = static_cast<std::uint32_t>(random() % count);
+    const double largest = original.measure(version).largest;
+    CHECK(largest <= 1);
+    with_errors += largest > 0.01 ? 1 : 0;
+  }
+  CHECK(with_errors > 500);
+}
+
+TEST_CASE("behind flat original tets there may be others") {
+  // Three layers, the middle one flat; above it the field is 1, below it 0.
+  const TetMesh grid = test::grid({{3, 3, 3}, {}, 0, 1});
+  std::vector<Point> points;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  std::vector<double> value;
+  const auto vertex_at = [&](const Point& p) {
+    std::uint32_t v = 0;
+    while (grid.position(VertexId{v}) != p)
+      ++v;
+    return v;
+  };
+  for (std::uint32_t v = 0; v < grid.vertex_count(); ++v) {
+    const Point p = grid.position(VertexId{v});
+    points.push_back({p[0], p[1], p[2] > 16 ? p[2] - 16 : p[2]});
+    value.push_back(p[2] > 16 ? 1 : 0);
+  }
+  for (const Tet& tet : grid.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  // A tet above whose first corner is that of the layer below: all around it there the error is 1 less the distance.
+  const std::array<std::uint32_t, 4> version = {vertex_at({16, 16, 16}), vertex_at({32, 16, 32}),
+                                                vertex_at({16, 32, 32}), vertex_at({16, 16, 48})};
+  const Measured measured = Original(test::make_mesh(points, tets), value).measure(version);
+  CHECK(measured.largest == Approx(1).epsilon(1e-14));
+  CHECK(measured.integral == Approx(kCellVolume / 6 / 10).epsilon(1e-14)); // of the square of a hat: V / 10
+}
+
 TEST_CASE("errors and integrals of many fields are those of each channel by itself") {
   const PreparedMesh prepared = prepare(test::grid({{3, 3, 3}, {}, 3, 1}));
   std::mt19937_64 random(1);
