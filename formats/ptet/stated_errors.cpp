@@ -1,5 +1,6 @@
 #include "formats/ptet/stated_errors.hpp"
 
+#include "error/channels.hpp"
 #include "error/exact_field_error.hpp"
 #include "error/surface_distance.hpp"
 #include "mesh/prepare.hpp"
@@ -134,8 +135,7 @@ private:
     for (std::size_t f = 0; f < array_.size(); ++f) {
       const PointArray& values = prepared_.mesh.point_arrays[array_[f]];
       for (std::uint32_t c = 0; c < values.components; ++c, ++channel)
-        for (std::uint32_t v = 0; v < prepared_.used_vertex_count; ++v)
-          values_[v * field_of_.size() + channel] = values.value(v, c) / range_[f];
+        write_channel(values, c, prepared_.used_vertex_count, range_[f], values_.data() + channel, field_of_.size());
     }
   }
   [[nodiscard]] Tet numbered(const Tet& tet) const {

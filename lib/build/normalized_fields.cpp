@@ -1,5 +1,6 @@
 #include "build/normalized_fields.hpp"
 
+#include "error/channels.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -74,8 +75,7 @@ NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vect
   for (const GoverningField& field : fields_) {
     const PointArray& array = mesh.point_arrays[field.array];
     for (std::uint32_t component = 0; component < array.components; ++component, ++channel)
-      for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)
-        values_[v * channels + channel] = array.value(v, component) / field.range;
+      write_channel(array, component, prepared.used_vertex_count, field.range, values_.data() + channel, channels);
   }
 }
 

@@ -1,5 +1,5 @@
 // The governing fields as the builder sees them: channels (one for each component) as fractions of the field's range,
-// so that units never matter.
+// so that units never matter, nor where their zero is.
 #pragma once
 
 #include "error/exact_field_error.hpp"

@@ -75,6 +75,28 @@ TEST_CASE("fields: values are fractions of the range of the used vertices", "[bu
   }
 }
 
+TEST_CASE("fields: values far from 0 keep the digits of their differences", "[build][fields]") {
+  TetMesh mesh = tet_and_a_loose_vertex();
+  const auto add = [&](const char* name, double origin, double spread) {
+    test::add_array(mesh, name, ScalarType::kFloat64, 1, [=](const Point& p) {
+      return std::vector<double>{p[0] > 8 ? -1 : origin + spread * (p[0] + 0.25 * p[1])};
+    });
+  };
+  add("air", 101325, 0x1p-20);
+  add("same", 7.1, 0);
+  add("below", -0x1p40, 0x1p-10);
+  add("near", 15, 1);
+  const PreparedMesh prepared = prepare(mesh);
+  const NormalizedFields fields(prepared, {});
+  for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v) {
+    const Point& p = prepared.points[v];
+    CHECK(fields.at(v)[0] == p[0] + 0.25 * p[1]);
+    CHECK(fields.at(v)[1] == 0);
+    CHECK(fields.at(v)[2] == p[0] + 0.25 * p[1]);
+    CHECK(fields.at(v)[3] == 15 + p[0] + 0.25 * p[1]);
+  }
+}
+
 TEST_CASE("fields: chosen by name, once each, or arrays of integers when there is nothing else", "[build][fields]") {
   TetMesh mesh = tet_and_a_loose_vertex();
   test::add_array(mesh, "count", ScalarType::kInt16, 1, [](const Point& p) { return std::vector<double>{7 * p[0]}; });
