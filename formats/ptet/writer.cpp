@@ -242,7 +242,9 @@ void Encoding::number_squared_errors() {
       if (!std::isfinite(squared) || (squared != 0 && !(range > 0)))
         throw Error(ErrorCode::kBadInput, "a record has a squared error that is not a number or without a scale");
       // The divisions round; what they may take is added again.
-      double fraction = squared == 0 ? 0 : squared / range / range / records_.volume;
+      double fraction = squared == 0                            ? 0
+                        : holds_squares(range, records_.volume) ? squared / range / range / records_.volume
+                                                                : squared / records_.volume;
       fraction += std::fabs(fraction) * 0x1p-50;
       if (!(std::fabs(fraction) <= decode_squared_error(kMaxSquaredErrorCode)))
         throw Error(ErrorCode::kLimit, "a squared error is too large for a .ptet file");

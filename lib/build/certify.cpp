@@ -24,12 +24,6 @@ bool is_ghost(const Tet& tet) {
   return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
 }
 
-/// Whether integrals of squared errors up to the range are numbers with all their digits in field units.
-bool can_hold_squares(double range, double volume) {
-  const double most = 4 * range * range * volume;
-  return std::isfinite(most) && most > std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon();
-}
-
 /// The versions before this one are original.
 std::uint32_t first_made(const RecordStream& records) {
   return records.original_tet_count + records.original_ghost_count;
@@ -67,7 +61,7 @@ std::vector<double> squared_scales(const NormalizedFields& fields, double volume
   std::vector<double> scales;
   scales.reserve(fields.field_count());
   for (const GoverningField& field : fields.fields())
-    scales.push_back(can_hold_squares(field.range, volume) ? field.range * field.range : 0);
+    scales.push_back(holds_squares(field.range, volume) ? field.range * field.range : 1);
   return scales;
 }
 

@@ -22,8 +22,8 @@ inline constexpr double kRoundingSlack = 1e-13;
 /// Of the original mesh.
 [[nodiscard]] double volume_of(const PreparedMesh& prepared);
 
-/// By field, what makes integrals of squared fractions of the range integrals of squared values: the range squared; 0
-/// where a double cannot hold these in the units of the field.
+/// By field, what makes integrals of squared fractions of the range integrals of squared values: the range squared; 1
+/// where a double cannot hold these in the units of the field (RecordStream::squared_error).
 [[nodiscard]] std::vector<double> squared_scales(const NormalizedFields& fields, double volume);
 
 /// Raises the field errors of every record to the exact maximum over the part of its coarse versions in the domain.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ptet {
 namespace {
@@ -135,6 +136,11 @@ std::string RecordStream::validate() const {
       return "record " + std::to_string(i) + ": " + broken;
   if (replay.next_coarse != versions.size()) return "some versions were made by no record";
   return {};
+}
+
+bool holds_squares(double range, double volume) {
+  const double most = 4 * range * range * volume;
+  return std::isfinite(most) && most > std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon();
 }
 
 } // namespace ptet

@@ -62,8 +62,9 @@ struct RecordStream {
   /// the distance to a face from all of the original boundary that it stands for, and back from any of its points.
   std::vector<double> domain_error;
   /// size() x fields.size(): by how much the collapse raised the integral of |Phi - phi|^2 over the domain, in field
-  /// units squared times mesh units cubed; may be negative. The integral of a cut is the sum over the records whose
-  /// splits it has not applied. Empty when it was not measured.
+  /// units squared times mesh units cubed, or of a field whose squares a double does not hold (holds_squares()) in
+  /// squares of its range times mesh units cubed; may be negative. The integral of a cut is the sum over the records
+  /// whose splits it has not applied. Empty when it was not measured.
   std::vector<double> squared_error;
   /// size()+1 offsets into `also_needs`.
   std::vector<std::uint64_t> also_needs_begin{0};
@@ -94,5 +95,8 @@ struct RecordStream {
   /// Explains the first broken invariant; empty when all hold. O(versions).
   [[nodiscard]] std::string validate() const;
 };
+
+/// Whether integrals of squared differences up to `range` over `volume` are doubles with all their digits.
+[[nodiscard]] bool holds_squares(double range, double volume);
 
 } // namespace ptet

@@ -6,6 +6,7 @@
 #include "support/temp_folder.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 
@@ -56,6 +57,28 @@ TEST_CASE("built in memory: cut without a file") {
   const Extraction cut = data->extract(request);
   CHECK(cut.mesh.tets.size() <= mesh.tets.size() / 2);
   CHECK(cut.mesh.tets.size() > data->info().base_tets);
+}
+
+TEST_CASE("built in memory: RMS errors of fields whose squares a double does not hold") {
+  BuildOptions options = quick();
+  options.evaluation = Evaluation::kExact;
+  const auto fractions = [&](double unit) {
+    TetMesh mesh = test::grid({});
+    mesh.point_arrays.clear();
+    test::add_array(mesh, "wave", ScalarType::kFloat64, 1, [=](const Point& p) {
+      return std::vector<double>{unit * (std::sin(p[0] / 9) + std::cos(p[1] / 7))};
+    });
+    const auto data = Dataset::open_memory(build_memory(mesh, options));
+    return std::pair{data->info().base_rms_error.at(0) / unit, data->info().max_field_error.at(0) / unit};
+  };
+  const auto [rms, most] = fractions(1);
+  CHECK(rms > 0);
+  for (const double unit : {1e200, 1e-200, 1e-300}) {
+    INFO("unit " << unit);
+    const auto [same_rms, same_most] = fractions(unit);
+    CHECK(same_most == Approx(most).epsilon(1e-9));
+    CHECK(same_rms == Approx(rms).epsilon(1e-9));
+  }
 }
 
 TEST_CASE("built in memory: cancelled at any stage, and refused") {
