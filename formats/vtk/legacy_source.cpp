@@ -24,6 +24,10 @@ void read_legacy(const Source& source, Assembler& assembler) {
   reader->Update();
   watch.throw_on_cancel();
   source.messages.throw_on_error(source.path);
+  // Of an array that ends before its time VTK only warns, and leaves the rest to chance.
+  for (const std::string& warning : source.messages.warnings())
+    if (warning.find("Error reading") != std::string::npos)
+      assembler.fail("is cut short, or an array in it has fewer values than it says");
 
   vtkUnstructuredGrid& grid = *reader->GetOutput();
   const auto note_left_out = [&](vtkFieldData& data, const std::string& what) {

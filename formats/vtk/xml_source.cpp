@@ -1,7 +1,9 @@
 #include "formats/vtk/sources.hpp"
 #include "ptet/error.hpp"
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include <vtkBase64InputStream.h>
 #include <vtkCallbackCommand.h>
@@ -274,6 +276,16 @@ std::uint64_t file_size(const std::string& path) {
   return size;
 }
 
+/// Appended data come last, and VTK looks no further: arrays of a file that was cut short would be zero from there on.
+bool is_whole(const std::string& path, std::uint64_t file_bytes) {
+  static constexpr std::uint64_t kTailBytes = 4096;
+  std::ifstream file(path, std::ios::binary);
+  std::string tail(std::min(file_bytes, kTailBytes), '\0');
+  file.seekg(static_cast<std::streamoff>(file_bytes - tail.size()));
+  file.read(tail.data(), static_cast<std::streamsize>(tail.size()));
+  return !file || tail.find("</VTKFile") != std::string::npos;
+}
+
 /// A reader that knows the head of the file.
 vtkSmartPointer<CheckedReader> opened(const Source& source) {
   auto reader = vtkSmartPointer<CheckedReader>::New();
@@ -281,6 +293,8 @@ vtkSmartPointer<CheckedReader> opened(const Source& source) {
   reader->SetFileName(source.path.c_str());
   reader->UpdateInformation();
   source.messages.throw_on_error(source.path);
+  if (!is_whole(source.path, reader->file_bytes))
+    throw Error(ErrorCode::kBadInput, source.path + ": is cut short: it does not end with </VTKFile>");
   return reader;
 }
 

@@ -436,14 +436,20 @@ TEST_CASE("files cut short anywhere are refused or the same", "[vtk]") {
   const std::string path = folder / (std::string("mesh.") + ending);
   write_mesh(path, mesh);
   const std::string bytes = read_bytes(path);
+  std::vector<std::size_t> lengths = {bytes.size() - 1};
   std::mt19937 random(3);
-  for (int i = 0; i < 60; ++i) {
-    write_bytes(path, bytes.substr(0, random() % bytes.size()));
+  for (int i = 0; i < 60; ++i)
+    lengths.push_back(random() % bytes.size());
+  for (int i = 1; i <= 40; ++i) // in and between the last arrays
+    lengths.push_back(bytes.size() - static_cast<std::size_t>(i) * 21);
+  for (const std::size_t length : lengths) {
+    INFO(length << " of " << bytes.size() << " bytes");
+    write_bytes(path, bytes.substr(0, length));
     try {
       const TetMesh read = read_mesh(path);
-      // VTK takes a file that lacks no more than its closing tags, or whole arrays at its end.
       CHECK((read.tets == mesh.tets));
       CHECK((read.positions == mesh.positions));
+      CHECK((read.point_arrays == mesh.point_arrays));
     } catch (const Error& error) {
       CHECK(error.code() == ErrorCode::kBadInput);
     }
