@@ -1,23 +1,24 @@
 #include "lod/running_errors.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace ptet {
 
 RunningErrors::RunningErrors(const Hierarchy& hierarchy)
     : hierarchy_(hierarchy), codes_(hierarchy.errors_per_record()),
       is_changed_(hierarchy.header().record_count / kRecordsNoted + std::size_t{1}, 0),
-      is_known_(hierarchy.blocks().size(), 0), most_(hierarchy.blocks().size() * codes_),
+      known_(hierarchy.blocks().size(), kUnknown), most_(hierarchy.blocks().size() * codes_),
       squared_(hierarchy.header().has_squared_errors ? hierarchy.blocks().size() * (codes_ - 1) : 0),
       field_error_(codes_ - 1), rms_error_(hierarchy.header().has_squared_errors ? codes_ - 1 : 0) {}
 
 // Blocks are not looked for record by record: that would take longer than a split.
 void RunningErrors::forget_changed() {
-  for (std::size_t b = 0; b < is_known_.size(); ++b) {
+  for (std::size_t b = 0; b < known_.size(); ++b) {
     const file::BlockInfo& block = hierarchy_.blocks()[b];
     const auto first = is_changed_.begin() + block.first_record / kRecordsNoted;
     const auto last = is_changed_.begin() + (block.first_record + block.record_count - 1) / kRecordsNoted;
-    if (std::find(first, last + 1, 1) != last + 1) is_known_[b] = 0;
+    if (std::find(first, last + 1, 1) != last + 1) known_[b] = kUnknown;
   }
   std::fill(is_changed_.begin(), is_changed_.end(), 0);
 }
@@ -39,13 +40,11 @@ void RunningErrors::update(const std::vector<char>& applied, const BlockSet& rea
   const std::size_t fields = codes_ - 1;
   const bool has_squares = !squared_.empty();
   forget_changed();
-  for (std::size_t b = 0; b < is_known_.size(); ++b) {
-    if (is_known_[b] != 0) continue;
-    is_known_[b] = 1;
-    if (hierarchy_.content().block_loaded[b] != 0)
-      measure(b, applied);
-    else
-      is_known_[b] = 0;
+  for (std::size_t b = 0; b < known_.size(); ++b) {
+    const bool is_loaded = hierarchy_.content().block_loaded[b] != 0;
+    const char known = is_loaded ? kMeasured : kNotLoaded; // of the latter no record is applied
+    if (std::exchange(known_[b], known) == known) continue;
+    if (is_loaded) measure(b, applied);
     if (has_squares) sum_squared_errors(hierarchy_, applied, b, {squared_.data() + b * fields, fields});
   }
   std::size_t i = 0;
@@ -54,7 +53,7 @@ void RunningErrors::update(const std::vector<char>& applied, const BlockSet& rea
     field_error_[i] = decode_error(largest(i, applied, read), array.range);
     if (has_squares) {
       SquaredErrorSum sum;
-      for (std::size_t b = 0; b < is_known_.size(); ++b)
+      for (std::size_t b = 0; b < known_.size(); ++b)
         sum += squared_[b * fields + i];
       rms_error_[i] = sum.root(array.range);
     }

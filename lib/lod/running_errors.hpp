@@ -28,6 +28,7 @@ public:
   [[nodiscard]] double domain_error() const { return domain_error_; }
 
 private:
+  static constexpr char kUnknown = 0, kNotLoaded = 1, kMeasured = 2;
   static constexpr std::uint32_t kRecordsNoted = 256;
 
   void forget_changed();
@@ -37,7 +38,7 @@ private:
   const Hierarchy& hierarchy_;
   std::size_t codes_;
   std::vector<char> is_changed_;         ///< by kRecordsNoted records
-  std::vector<char> is_known_;           ///< by block: the two below are those of the cut
+  std::vector<char> known_;              ///< by block: whether the two below are those of the cut
   std::vector<ErrorCode16> most_;        ///< by block and code: largest own error of the records not in the cut
   std::vector<SquaredErrorSum> squared_; ///< by block and field
   std::vector<double> field_error_, rms_error_;
