@@ -22,6 +22,8 @@ constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
 constexpr double kMostRounding = 1e-10;
 /// A part of so little of both tets is where they touch.
 constexpr double kTouching = 1e-27;
+/// So little of a face is where it touches.
+constexpr double kTouchingFace = 1e-12;
 
 /// An original tet, as a walk wants it.
 struct Cell {
@@ -158,6 +160,16 @@ struct Polygon {
   static constexpr std::size_t kMostCorners = 16;
   std::array<Vec3, kMostCorners> corners;
   std::size_t count;
+
+  /// As a fraction of the triangle's.
+  [[nodiscard]] double area() const {
+    double sum = 0;
+    for (std::size_t i = 2; i < count; ++i) {
+      const Vec3 p = corners[i - 1] - corners[0], q = corners[i] - corners[0];
+      sum += p[0] * q[1] - p[1] * q[0];
+    }
+    return std::abs(sum);
+  }
 
   /// Keeps the part where a linear function, given at the triangle's corners, is not negative (Sutherland and Hodgman
   /// 1974).
@@ -558,6 +570,7 @@ private:
     const Row& c = w_.rows_[face[2]];
     for (std::size_t plane = 0; plane < 4; ++plane)
       polygon.clip({a.barycentric[plane], b.barycentric[plane], c.barycentric[plane]});
+    if (!(polygon.area() > kTouchingFace)) return;
     for (std::size_t i = 0; i < polygon.count; ++i) {
       const Vec3& weight = polygon.corners[i];
       double norm_sq = 0;

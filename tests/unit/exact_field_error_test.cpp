@@ -270,9 +270,22 @@ TEST_CASE("behind flat original tets there may be others") {
   // A tet above whose first corner is that of the layer below: all around it there the error is 1 less the distance.
   const std::array<std::uint32_t, 4> version = {vertex_at({16, 16, 16}), vertex_at({32, 16, 32}),
                                                 vertex_at({16, 32, 32}), vertex_at({16, 16, 48})};
-  const Measured measured = Original(test::make_mesh(points, tets), value).measure(version);
+  const Original original(test::make_mesh(points, tets), value);
+  const Measured measured = original.measure(version);
   CHECK(measured.largest == Approx(1).epsilon(1e-14));
   CHECK(measured.integral == Approx(kCellVolume / 6 / 10).epsilon(1e-14)); // of the square of a hat: V / 10
+
+  // Above there is no error, whatever the flat ones have that only touch.
+  std::vector<std::uint32_t> above;
+  for (std::uint32_t v = 0; v < grid.vertex_count(); ++v)
+    if (value[v] == 1) above.push_back(v);
+  std::mt19937_64 random(3);
+  for (int tries = 0; tries < 1000; ++tries) {
+    std::array<std::uint32_t, 4> other{};
+    for (std::uint32_t& v : other)
+      v = above[random() % above.size()];
+    CHECK(original.measure(other).largest <= 1e-13);
+  }
 }
 
 TEST_CASE("errors and integrals of many fields are those of each channel by itself") {
