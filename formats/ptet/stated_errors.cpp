@@ -4,6 +4,7 @@
 #include "error/exact_field_error.hpp"
 #include "error/surface_distance.hpp"
 #include "mesh/prepare.hpp"
+#include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -20,6 +21,12 @@ namespace {
 /// Measured errors up to this fraction of the range are rounding, as are distances up to the next of the diagonal.
 constexpr double kFieldRounding = 1e-13;
 constexpr double kDistanceRounding = 1e-12;
+/// Rounding of coordinates in a distance, against the largest of them.
+constexpr double kCoordinateRounding = 16 * std::numeric_limits<double>::epsilon();
+/// Rounding in the error of a flat version, for each time that its volume goes into the cube of its length, up to so
+/// large an error.
+constexpr double kFlatRounding = 16 * std::numeric_limits<double>::epsilon();
+constexpr double kMostFlatRounding = 1e-6;
 /// A measurement may be above the truth by such a part.
 constexpr double kRelative = 1e-9;
 /// Squared errors are differences of sums: by such a part of their terms they may be off, or of range^2 volume.
@@ -63,6 +70,7 @@ struct Measured {
   std::vector<double> rise;   ///< of the integral of the square, one a field, as is the next
   std::vector<double> terms;  ///< sum of the magnitudes that it is the difference of
   double distance = 0;        ///< of the faces to the original boundary: attained
+  double rounding = 0;        ///< of the errors
   std::uint64_t versions = 0;
 };
 
@@ -87,11 +95,12 @@ public:
                                  ExactFieldError::Workspace& workspace) const {
     const Refinement& refinement = content_.refinement;
     const std::size_t fields = field_count();
-    Measured measured{std::vector<double>(fields), std::vector<double>(fields), std::vector<double>(fields), 0, 0};
+    Measured measured{std::vector<double>(fields), std::vector<double>(fields), std::vector<double>(fields)};
     std::vector<double> squared(fields), ignored(fields);
     const auto add = [&](VersionId t, std::vector<double>& errors, double sign) {
       std::fill(squared.begin(), squared.end(), 0.0);
       exact_->measure(numbered(refinement.vertices(t)), workspace, errors, squared);
+      measured.rounding = std::max(measured.rounding, rounding_of(refinement.vertices(t)));
       ++measured.versions;
       for (std::size_t f = 0; f < fields; ++f) {
         measured.rise[f] += sign * squared[f];
@@ -100,7 +109,7 @@ public:
     };
     const double enough =
         decode_error(content_.own[(r.index() + std::size_t{1}) * content_.errors_per_record - 1], header_.diagonal) +
-        kDistanceRounding * header_.diagonal;
+        distance_rounding();
     for (const VersionId t : coarse) {
       if (refinement.is_ghost(t))
         measured.distance = std::max(measured.distance, distance_of(refinement.vertices(t), enough));
@@ -113,6 +122,14 @@ public:
       if (!refinement.is_ghost(VersionId{t}) && !refinement.creator(VersionId{t}).is_none())
         add(VersionId{t}, ignored, -1);
     return measured;
+  }
+
+  /// Distances up to this are rounding.
+  [[nodiscard]] double distance_rounding() const {
+    double largest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      largest = std::max({largest, std::abs(header_.box_min[axis]), std::abs(header_.box_max[axis])});
+    return std::max(kDistanceRounding * header_.diagonal, kCoordinateRounding * largest);
   }
 
 private:
@@ -143,6 +160,17 @@ private:
     for (std::size_t i = 0; i < 4; ++i)
       result[i] = id_[tet[i].index()];
     return result;
+  }
+  /// Fractions of the range up to this are rounding in the error of a version: barycentric coordinates in a flat one
+  /// are quotients by its volume.
+  [[nodiscard]] double rounding_of(const Tet& version) const {
+    using namespace vec;
+    const auto at = [&](std::size_t i) { return prepared_.points[id_[version[i].index()].index()]; };
+    const Vec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
+    const double length = norm(a) + norm(b) + norm(c);
+    const double volume = std::abs(dot(a, cross(b, c)));
+    if (!(volume > 0)) return kFieldRounding;
+    return std::clamp(kFlatRounding * length * length * length / volume, kFieldRounding, kMostFlatRounding);
   }
   /// Attained by a point of the face; looked for until it is clear that none is beyond `enough`.
   [[nodiscard]] double distance_of(const Tet& ghost, double enough) const {
@@ -183,12 +211,12 @@ public:
     const ErrorCode16* const own = content_.own.data() + r * codes;
     for (std::size_t f = 0; f + 1 < codes; ++f) {
       const double range = measurer_.range(f);
-      compare(r, f, measured.errors[f] * range, decode_error(own[f], range), kFieldRounding * range,
+      compare(r, f, measured.errors[f] * range, decode_error(own[f], range), measured.rounding * range,
               "its error of '" + result_.errors[f].name + "' is above the stated one");
       if (reader_.header().has_squared_errors) compare_squares(r, f, measured);
     }
     const double diagonal = reader_.header().diagonal;
-    compare(r, codes - 1, measured.distance, decode_error(own[codes - 1], diagonal), kDistanceRounding * diagonal,
+    compare(r, codes - 1, measured.distance, decode_error(own[codes - 1], diagonal), measurer_.distance_rounding(),
             "its domain error is above the stated one");
     ++result_.records;
     result_.versions += measured.versions;
@@ -202,7 +230,7 @@ private:
                const std::string& what) {
     StatedError& error = result_.errors[i];
     error.most = std::max(error.most, measured);
-    if (measured <= std::max(stated * (1 + kRelative), rounding)) return;
+    if (measured <= std::max(stated * (1 + kRelative), stated + rounding)) return;
     ++error.above;
     error.most_above =
         std::max(error.most_above, stated > 0 ? measured / stated : std::numeric_limits<double>::infinity());
@@ -212,7 +240,8 @@ private:
     const double volume = reader_.header().volume;
     const SquaredErrorCode code = content_.squared_error[r * (content_.errors_per_record - 1) + f];
     const double rise = measured.rise[f] / volume;
-    const double slack = kSquaredRelative * measured.terms[f] / volume + kSquaredRounding;
+    const double slack =
+        std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[f] / volume + kSquaredRounding;
     const double upper = decode_squared_error(code);
     const double lower = decode_squared_error(static_cast<SquaredErrorCode>(code - 1));
     if (rise <= upper + slack && rise >= lower - slack) return;

@@ -508,3 +508,43 @@ TEST_CASE("verification: stated errors that are not true") {
   REQUIRE(found.size() == 1);
   CHECK(find(found, "squared error of 'flow' is not") != nullptr);
 }
+
+TEST_CASE("verification: rounding is no error, far from the origin and in flat tets") {
+  const auto transformed = [](const std::function<Point(const Point&)>& to) {
+    TetMesh mesh = grid({{5, 5, 4}, {}, 0, 4});
+    std::vector<double> coordinates;
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+      for (const double x : to(mesh.position(VertexId{v})))
+        coordinates.push_back(x);
+    mesh.positions.type = ScalarType::kFloat64;
+    mesh.positions.bytes.resize(coordinates.size() * sizeof(double));
+    std::memcpy(mesh.positions.bytes.data(), coordinates.data(), mesh.positions.bytes.size());
+    return mesh;
+  };
+  BuildOptions options;
+  options.fields = {"pressure", "flow"};
+  options.target_vertices = 0.1;
+  options.max_domain_error = {0.3, true};
+  options.min_quality = 0;
+  for (const bool far : {true, false}) {
+    INFO((far ? "far" : "flat"));
+    // Easting and northing in metres; a plate around the origin.
+    const PreparedMesh prepared =
+        prepare(far ? transformed([](const Point& p) {
+          return Point{0.37 * p[0] + 4.5e5, 0.41 * p[1] + 5e6, 0.39 * p[2]};
+        })
+                    : transformed([](const Point& p) {
+                        return Point{0.8 * p[0] - 0.6e-9 * p[2], p[1], 0.6 * p[0] + 0.8e-9 * p[2]};
+                      }));
+    BuildReport report;
+    const RecordStream records = build::build_records(prepared, options, report, {});
+    REQUIRE(records.size() > 20);
+    Found found;
+    const auto tell = [&](const file::Violation& violation) { found.push_back(violation); };
+    const file::Verified verified =
+        file::verify(file::over_memory(file::encode(prepared.mesh, records, kExactManifest)), tell);
+    (void)file::check_stated_errors(verified, 0, tell);
+    INFO(list_of(found));
+    CHECK(found.empty());
+  }
+}
