@@ -321,8 +321,14 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
       all.add(m.positions[x]);
     moves |= orientation(m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vs]) != 0;
   }
-  // In its own plane the surface stays the same set of points, as the tets behind it stay positive.
-  if (!moves) return false;
+  // In its own plane the surface stays the same set of points where the tets behind it stay positive. In front of flat
+  // tets, faces may turn over in it.
+  const auto is_flat = [&](SlotId s) {
+    const Slot& slot = complex.slot(s);
+    const auto at = [&](std::size_t i) -> const Point& { return m.positions[slot.v[i] == vs ? vd : slot.v[i]]; };
+    return !complex.is_ghost(slot) && orientation(at(0), at(1), at(2), at(3)) == 0;
+  };
+  if (!moves && std::none_of(modified.begin(), modified.end(), is_flat)) return false;
   const auto ids = [](const Triangle& t) { return Face{VertexId{t[0]}, VertexId{t[1]}, VertexId{t[2]}}; };
   w.hits_.clear();
   m.index.query(all, w.hits_);

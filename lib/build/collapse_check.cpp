@@ -128,7 +128,8 @@ bool CollapseCheck::inverts() const {
     const auto at = [&](std::size_t i) -> const Point& { return positions_[slot.v[i] == vs ? vd : slot.v[i]]; };
     const int sign = orientation(at(0), at(1), at(2), at(3));
     if (sign > 0) continue;
-    // A flat tet of the input may stay flat; it never gets worse, and no other tet becomes flat.
+    // A flat tet of the input may stay flat, and no other tet becomes flat. Its faces may turn over in their plane:
+    // those on the boundary are looked at there.
     const bool was_flat = sign == 0 && orientation(positions_[slot.v[0]], positions_[slot.v[1]], positions_[slot.v[2]],
                                                    positions_[slot.v[3]]) == 0;
     if (!was_flat) return true;

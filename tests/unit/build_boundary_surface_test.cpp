@@ -178,6 +178,28 @@ TEST_CASE("boundary: in its own plane a surface meets nothing new", "[build][bou
   CHECK_FALSE(Moving(tent(0)).would_intersect(0, 2));
 }
 
+// A flat tet 0 3 4 6 lies on the roof, so that the ring around 0 is 2 3 6 4 5 outside and 2 3 4 5 inside:
+//
+//     6
+//       '.3 ------- 2      6 (-2, 1.5, 0): from 2 it is hidden by 3
+//        |    0    /
+//        4 ------ 5
+TEST_CASE("boundary: in front of flat tets faces turn over in their plane", "[build][boundary]") {
+  Fixture f = tent(0);
+  f.points.push_back({-2, 1.5, 0});
+  Tets tets = kTent;
+  tets.push_back({1, 3, 4, 6});
+  tets.push_back({0, 3, 4, 6});
+  Moving m(Fixture(f.points, tets));
+  REQUIRE(m.fixture.complex.validate() == "");
+  for (const Vertex vd : {2U, 5U}) {
+    CHECK(m.fixture.examine(0, vd) == CollapseStatus::kAccepted);
+    CHECK(m.surface.collapse_ok(0, vd));
+  }
+  CHECK(m.would_intersect(0, 2)); // 2 3 6 comes to lie on 2 6 4
+  CHECK_FALSE(m.would_intersect(0, 5));
+}
+
 TEST_CASE("boundary: new faces that fold over one another", "[build][boundary]") {
   // The ring is seen from the tip, but not from 2: the triangle 2 3 4 would lie on 2 4 5 upside down.
   Fixture f = tent(1);
