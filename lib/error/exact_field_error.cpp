@@ -1,6 +1,7 @@
 #include "error/exact_field_error.hpp"
 
 #include "error/box_tree.hpp"
+#include "error/star_cones.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -24,6 +25,8 @@ constexpr double kMostRounding = 1e-10;
 constexpr double kTouching = 1e-27;
 /// So little of a face is where it touches.
 constexpr double kTouchingFace = 1e-12;
+/// Of the tets around a vertex all are looked at up to so many; beyond, those that a tree finds.
+constexpr std::uint32_t kLargeStar = 256;
 
 /// An original tet, as a walk wants it.
 struct Cell {
@@ -241,6 +244,25 @@ struct ExactFieldError::Impl {
     for (std::uint32_t t = 0; t < cells.size(); ++t)
       for (const std::uint32_t v : cells[t].v)
         star[count[v]++] = t;
+    for (std::uint32_t v = 0; v < p.used_vertex_count; ++v)
+      if (star_begin[v + 1] - star_begin[v] > kLargeStar) {
+        large_stars.push_back(v);
+        cones.push_back(cones_of(v));
+      }
+  }
+
+  [[nodiscard]] StarCones::Triangle opposite(const std::array<std::uint32_t, 4>& tet, std::uint32_t v) const {
+    StarCones::Triangle triangle{};
+    std::size_t count = 0;
+    for (const std::uint32_t corner : tet)
+      if (corner != v) triangle[count++] = point(corner);
+    return triangle;
+  }
+  [[nodiscard]] StarCones cones_of(std::uint32_t v) const {
+    std::vector<StarCones::Triangle> faces;
+    for (std::uint32_t i = star_begin[v]; i != star_begin[v + 1]; ++i)
+      faces.push_back(opposite(cells[star[i]].v, v));
+    return {point(v), faces};
   }
 
   [[nodiscard]] const Point& point(std::uint32_t v) const { return prepared.points[v]; }
@@ -248,14 +270,16 @@ struct ExactFieldError::Impl {
 
   const PreparedMesh& prepared;
   ChannelView channels;
-  std::vector<char> ends_field;          ///< by channel: whether it is the last of its field
-  bool scalars = true;                   ///< whether each is a field
-  std::vector<Cell> cells;               ///< the original tets
-  std::vector<std::uint32_t> star_begin; ///< by vertex, into `star`
-  std::vector<std::uint32_t> star;       ///< tets around each vertex
-  std::vector<char> on_boundary;         ///< by vertex: of a boundary face or a flat tet
-  std::vector<HalfFace> boundary_faces;  ///< and those between tets with and without volume
-  std::optional<BoxTree> boundary_tree;  ///< of these
+  std::vector<char> ends_field;           ///< by channel: whether it is the last of its field
+  bool scalars = true;                    ///< whether each is a field
+  std::vector<Cell> cells;                ///< the original tets
+  std::vector<std::uint32_t> star_begin;  ///< by vertex, into `star`
+  std::vector<std::uint32_t> star;        ///< tets around each vertex, ascending
+  std::vector<std::uint32_t> large_stars; ///< vertices, ascending
+  std::vector<StarCones> cones;           ///< of each of these, by place in its star
+  std::vector<char> on_boundary;          ///< by vertex: of a boundary face or a flat tet
+  std::vector<HalfFace> boundary_faces;   ///< and those between tets with and without volume
+  std::optional<BoxTree> boundary_tree;   ///< of these
 };
 
 ExactFieldError::Workspace::Workspace(const ExactFieldError& original)
@@ -389,11 +413,28 @@ private:
     w_.queue_.push_back(t);
   }
 
+  void enter(std::uint32_t t) {
+    if (w_.tet_stamp_[t] < queued() && !apart<4>(original_.cells[t], {0, 1, 2, 3})) push(t);
+  }
+
   void enter_star(std::uint32_t v) {
-    for (std::uint32_t i = original_.star_begin[v]; i != original_.star_begin[v + 1]; ++i) {
-      const std::uint32_t t = original_.star[i];
-      if (w_.tet_stamp_[t] < queued() && !apart<4>(original_.cells[t], {0, 1, 2, 3})) push(t);
+    const std::uint32_t begin = original_.star_begin[v];
+    const std::uint32_t end = original_.star_begin[v + 1];
+    if (end - begin > kLargeStar) {
+      enter_large_star(v);
+      return;
     }
+    for (std::uint32_t i = begin; i != end; ++i)
+      enter(original_.star[i]);
+  }
+
+  /// The same tets in the same order, but for those that leave the corner in other directions.
+  void enter_large_star(std::uint32_t v) {
+    const auto& large = original_.large_stars;
+    const auto place = std::lower_bound(large.begin(), large.end(), v) - large.begin();
+    original_.cones[static_cast<std::size_t>(place)].find_near(original_.opposite(version_, v), w_.near_);
+    for (const std::uint32_t i : w_.near_)
+      enter(original_.star[original_.star_begin[v] + i]);
   }
 
   void walk() {

@@ -68,6 +68,7 @@ public:
     std::vector<double> differences_; ///< row x channel
     std::vector<std::uint32_t> tet_stamp_;
     std::vector<std::uint32_t> queue_;
+    std::vector<std::uint32_t> near_; ///< of a large star: the tets that may meet the version
     std::uint32_t stamp_ = 0;
   };
 

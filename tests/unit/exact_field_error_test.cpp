@@ -1,10 +1,13 @@
 // The field error of a version, largest and integrated, where both are known by hand.
 #include "error/exact_field_error.hpp"
+#include "error/star_cones.hpp"
+#include "mesh/vec3.hpp"
 #include "support/meshes.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <random>
 
 #include <catch2/catch.hpp>
@@ -95,6 +98,50 @@ struct RegularGrid {
 };
 
 constexpr double kCellVolume = 16.0 * 16 * 16;
+
+/// Vertex 0 and all the triangles around it: the sides of a cube in size x size squares each, moved to a ball.
+struct Hub {
+  explicit Hub(int size) : points{{0, 0, 0}} {
+    std::map<Point, std::uint32_t> ids;
+    const auto id = [&](const Point& on_cube) {
+      const auto [it, is_new] = ids.try_emplace(on_cube, static_cast<std::uint32_t>(points.size()));
+      const double length = std::hypot(on_cube[0], on_cube[1], on_cube[2]);
+      if (is_new) points.push_back({on_cube[0] / length, on_cube[1] / length, on_cube[2] / length});
+      return it->second;
+    };
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int side : {-size, size})
+        for (int i = -size; i < size; i += 2)
+          for (int j = -size; j < size; j += 2) {
+            const auto at = [&](int di, int dj) {
+              Point p{};
+              p[axis] = side;
+              p[(axis + 1) % 3] = i + di;
+              p[(axis + 2) % 3] = j + dj;
+              return id(p);
+            };
+            add({0, at(0, 0), at(2, 0), at(2, 2)});
+            add({0, at(0, 0), at(2, 2), at(0, 2)});
+          }
+  }
+  void add(std::array<std::uint32_t, 4> tet) {
+    if (orientation(points[tet[0]], points[tet[1]], points[tet[2]], points[tet[3]]) < 0) std::swap(tet[2], tet[3]);
+    tets.push_back(tet);
+  }
+  /// The vertex nearest to a direction.
+  [[nodiscard]] std::uint32_t towards(const Point& direction) const {
+    const auto along = [&](const Point& p) { return dot(p, direction); };
+    const auto it =
+        std::max_element(points.begin(), points.end(), [&](auto& a, auto& b) { return along(a) < along(b); });
+    return static_cast<std::uint32_t>(it - points.begin());
+  }
+  [[nodiscard]] StarCones::Triangle opposite(const std::array<std::uint32_t, 4>& tet) const {
+    return {points[tet[1]], points[tet[2]], points[tet[3]]};
+  }
+
+  std::vector<Point> points;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+};
 
 } // namespace
 
@@ -334,4 +381,76 @@ TEST_CASE("errors and integrals of many fields are those of each channel by itse
       }
     }
   }
+}
+
+TEST_CASE("around a vertex of very many tets those are found that go where a version goes") {
+  const Hub hub(20);
+  std::vector<StarCones::Triangle> opposite;
+  for (const auto& tet : hub.tets)
+    opposite.push_back(hub.opposite(tet));
+  REQUIRE(opposite.size() == 4800);
+  const StarCones cones(hub.points[0], opposite);
+  std::vector<std::uint32_t> found;
+  for (const StarCones::Triangle& tet : opposite) { // itself and its neighbours, and few others
+    cones.find_near(tet, found);
+    if (found.size() > 40) FAIL(found.size() << " tets near one");
+  }
+  std::mt19937 random(5);
+  const auto holds = [&](const std::array<std::uint32_t, 4>& tet, const Point& direction) {
+    for (std::size_t k = 1; k < 4; ++k) {
+      std::array<Point, 4> at{hub.points[tet[0]], hub.points[tet[1]], hub.points[tet[2]], hub.points[tet[3]]};
+      at[k] = direction;
+      if (orientation(at[0], at[1], at[2], at[3]) <= 0) return false;
+    }
+    return true;
+  };
+  for (const double width : {0.1, 0.5, 2.0, 10.0})
+    for (int tries = 0; tries < 10; ++tries) {
+      const auto uniform = [&] { return static_cast<double>(random() % 20001) / 10000 - 1; };
+      const Point middle = {uniform(), uniform(), uniform()};
+      StarCones::Triangle version{};
+      for (Point& corner : version)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          corner[axis] = middle[axis] + width * uniform();
+      cones.find_near(version, found);
+      CHECK(std::is_sorted(found.begin(), found.end()));
+      for (int ray = 0; ray < 20; ++ray) {
+        const double a = 1 + uniform(), b = 1 + uniform(), c = 1 + uniform();
+        using namespace vec;
+        const Point direction = a * version[0] + b * version[1] + c * version[2];
+        for (std::uint32_t t = 0; t < hub.tets.size(); ++t)
+          if (holds(hub.tets[t], direction) && !std::binary_search(found.begin(), found.end(), t))
+            FAIL("tet " << t << " is missed, width " << width);
+      }
+    }
+}
+
+TEST_CASE("what goes elsewhere from a vertex of very many tets does not count") {
+  // With the whole ball, and with what of it is on the version's side: some hundred of its tets.
+  const Hub ball(10);
+  const std::array<std::uint32_t, 4> version = {0, ball.towards({1, 0.1, 0}), ball.towards({1, 0.4, 0.1}),
+                                                ball.towards({1, 0.2, 0.4})};
+  std::vector<std::array<std::uint32_t, 4>> near;
+  for (const auto& tet : ball.tets)
+    if (std::any_of(tet.begin() + 1, tet.end(), [&](std::uint32_t v) {
+          const Point& p = ball.points[v];
+          return p[0] > 0.6 && p[1] > -0.3 && p[2] > -0.3;
+        }))
+      near.push_back(tet);
+  REQUIRE(ball.tets.size() == 1200);
+  REQUIRE(near.size() < 250);
+  std::mt19937 random(1);
+  std::vector<double> value;
+  for (std::size_t v = 0; v < ball.points.size(); ++v)
+    value.push_back(static_cast<double>(random() % 1000));
+  const TetMesh mesh = test::make_mesh(ball.points, ball.tets, ScalarType::kFloat64);
+  TetMesh part = mesh;
+  part.tets.clear();
+  for (const auto& tet : near)
+    part.tets.push_back({VertexId{tet[0]}, VertexId{tet[1]}, VertexId{tet[2]}, VertexId{tet[3]}});
+  const Measured of_ball = Original(mesh, value).measure(version);
+  const Measured of_part = Original(part, value).measure(version);
+  CHECK(of_ball.largest > 100);
+  CHECK(of_ball.largest == Approx(of_part.largest).epsilon(1e-13));
+  CHECK(of_ball.integral == Approx(of_part.integral).epsilon(1e-12));
 }
