@@ -109,13 +109,17 @@ private:
 } // namespace
 
 struct BoundarySurface::Impl {
-  explicit Impl(const std::vector<Point>& p) : positions(p) {}
+  explicit Impl(const std::vector<Point>& p) : positions(p), relative(p) {
+    for (Point& x : relative)
+      x = x - p.front();
+  }
 
   const std::vector<Point>& positions;
+  std::vector<Point> relative; ///< to the first: points between them are rounded by the size of the mesh
   double rounding = 0;
   Surface surface;
   std::vector<VertexHandle> handle;       ///< by mesh vertex; only one is kept where there are several (frozen)
-  std::vector<Point> centroids;           ///< samples behind the vertices: sample vertex_count + i
+  std::vector<Point> centroids;           ///< relative; samples behind the vertices: sample vertex_count + i
   std::vector<std::uint32_t> next_sample; ///< by sample: the next one that the same face holds
   FaceIndex index;
 
@@ -140,7 +144,7 @@ struct BoundarySurface::Impl {
   std::optional<BoundaryPieces> pieces; ///< where domain errors are to be bounds: what the faces hold
 
   [[nodiscard]] const Point& sample_position(std::uint32_t sample) const {
-    return sample < positions.size() ? positions[sample] : centroids[sample - positions.size()];
+    return sample < relative.size() ? relative[sample] : centroids[sample - relative.size()];
   }
   [[nodiscard]] HalfedgeHandle halfedge(Vertex vs, Vertex vd) const {
     if (!handle[vs].is_valid()) return HalfedgeHandle();
@@ -184,7 +188,7 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
       faces.push_back(face_of(complex.slot(s), complex.dummy()));
       slots.push_back(s);
     }
-  if (domain_error == DomainError::kBound) m.pieces.emplace(positions, faces, diagonal);
+  if (domain_error == DomainError::kBound) m.pieces.emplace(m.relative, faces, diagonal);
   CornerClasses classes(faces);
   std::vector<VertexHandle> handle_of_class(3 * faces.size());
   m.surface.reserve(faces.size() / 2 + 3, faces.size() * 3 / 2 + 3, faces.size());
@@ -203,9 +207,9 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
       corners[i] = h;
     }
     const FaceHandle face = m.surface.add_face(corners[0], corners[1], corners[2]);
-    const auto& x0 = positions[faces[f][0]];
-    const auto& x1 = positions[faces[f][1]];
-    const auto& x2 = positions[faces[f][2]];
+    const auto& x0 = m.relative[faces[f][0]];
+    const auto& x1 = m.relative[faces[f][1]];
+    const auto& x2 = m.relative[faces[f][2]];
     m.centroids.push_back((1.0 / 3.0) * (x0 + x1 + x2));
     if (face.is_valid()) {
       m.surface.data(face).first_sample = static_cast<std::uint32_t>(positions.size() + f);
@@ -246,7 +250,7 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd) {
   m.left.clear();
   m.held.clear();
   const VertexHandle hs = m.handle[vs];
-  const Point& target = m.positions[vd];
+  const Point& target = m.relative[vd];
   m.around.clear();
   for (auto it = m.surface.cvf_iter(hs); it.is_valid(); ++it) {
     Impl::Left face{*it, {}, {}};
@@ -255,7 +259,7 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd) {
     for (auto v = m.surface.cfv_iter(*it); v.is_valid(); ++v, ++i) {
       const Vertex x = m.surface.data(*v).mesh_vertex;
       deleted |= x == vd;
-      face.x[i] = x == vs ? target : m.positions[x];
+      face.x[i] = x == vs ? target : m.relative[x];
     }
     m.around.push_back({m.surface.data(*it).first_sample, deleted ? kNone : static_cast<std::uint32_t>(m.left.size())});
     if (deleted) continue;
@@ -283,7 +287,7 @@ double BoundarySurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) 
   w.fine_triangles_.clear();
   w.coarse_triangles_.clear();
   const auto triangle = [&](Vertex a, Vertex b, Vertex c) {
-    return PatchTriangle{{a, b, c}, {m.positions[a], m.positions[b], m.positions[c]}};
+    return PatchTriangle{{a, b, c}, {m.relative[a], m.relative[b], m.relative[c]}};
   };
   const HalfedgeHandle first = m.halfedge(vs, vd);
   HalfedgeHandle h = first;

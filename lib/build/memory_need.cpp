@@ -115,7 +115,7 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
 
   const double prepared = mesh + (24 + 5 + 8 * channels) * vertices + 12 * faces;
   const double stream = 16 * versions + kListGrowth * (4 * consumed + (50 + 8 * fields * (is_exact ? 3 : 1)) * records);
-  const double complex = 32 * slots + 12 * vertices + kPoolGrowth * (16 * tets + 12 * faces) +
+  const double complex = 32 * slots + (12 + 24) * vertices + kPoolGrowth * (16 * tets + 12 * faces) +
                          (is_exact ? kSurfaceBound : kSurfaceSampled) * faces;
   const double quadrics = (12 + 112 * channels) * vertices + 100 * faces;
   const double candidates = (44 + 10) * vertices + threads * 4 * vertices;

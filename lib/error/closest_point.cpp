@@ -75,11 +75,11 @@ ClosestOnTriangle closest_on_thin_triangle(const Point& p, const std::array<Poin
 ClosestOnTriangle closest_on_triangle(const Point& p, const Point& a, const Point& b, const Point& c) {
   const Vec3 ab = b - a;
   const Vec3 ac = c - a;
+  const Vec3 ap = p - a;
   const auto found = [&](double v, double w) {
-    const Vec3 q = p - (a + v * ab + w * ac);
+    const Vec3 q = ap - (v * ab + w * ac); // far from the origin no sum of positions is exact
     return ClosestOnTriangle{{1 - v - w, v, w}, dot(q, q)};
   };
-  const Vec3 ap = p - a;
   const double d1 = dot(ab, ap);
   const double d2 = dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return found(0, 0);

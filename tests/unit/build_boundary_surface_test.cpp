@@ -163,6 +163,26 @@ TEST_CASE("boundary: bounds on the domain error, by hand", "[build][boundary]") 
   CHECK(bound(notch, 2) <= 1.07 * farthest);
 }
 
+TEST_CASE("boundary: bounds far from the origin are as at it", "[build][boundary]") {
+  // The new faces meet in the edge 2 4, which cuts old faces between their vertices.
+  const auto bound = [](double far, double tip) {
+    Fixture f = tent(tip);
+    f.points[3] = {-0.75, 1.25, 0};
+    f.points[5] = {1.25, -0.875, 0};
+    for (Point& p : f.points)
+      p = {p[0] + far, p[1] - 2 * far, p[2] + far};
+    std::vector<char> frozen(f.points.size(), 0);
+    build::BoundarySurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
+    REQUIRE(surface.collapse_ok(0, 2));
+    build::BoundarySurface::Workspace workspace(surface);
+    return surface.bound(0, 2, 100, workspace);
+  };
+  for (const double far : {1e6, 1e9}) {
+    CHECK(bound(far, 0) == 0);
+    CHECK(bound(far, 0.5) == Approx(bound(0, 0.5)).epsilon(1e-14));
+  }
+}
+
 TEST_CASE("boundary: distances of rounding only are none", "[build][boundary]") {
   Moving m(tent(1e-14));
   CHECK(m.surface.simulate(0, 2) == 0);

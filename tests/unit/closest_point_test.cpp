@@ -151,3 +151,16 @@ TEST_CASE("closest point of a tet's surface: the best of its four faces", "[clos
     CHECK(std::sqrt(on.distance_sq) == Approx(nearest).margin(1e-12));
   }
 }
+
+TEST_CASE("closest points far from the origin are as near as at it") {
+  const auto distance_of = [](double far, const Point& p) {
+    // Grid positions, so that moving them does not round them.
+    const auto at = [&](double x, double y, double z) { return Point{x / 64 + far, y / 64 - 2 * far, z / 64 + far}; };
+    const Point moved = at(p[0], p[1], p[2]);
+    return std::sqrt(closest_on_triangle(moved, at(0, 0, 0), at(48, 16, 8), at(16, 64, 24)).distance_sq);
+  };
+  const std::vector<Point> points = {{20, 20, 9}, {23, 22, 13}, {40, -10, 3}, {30, 50, 20}, {-5, 30, 10}, {60, 10, 9}};
+  for (const Point& p : points)
+    for (const double far : {1e6, 1e9})
+      CHECK(distance_of(far, p) == Approx(distance_of(0, p)).epsilon(1e-13));
+}
