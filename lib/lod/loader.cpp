@@ -47,17 +47,11 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
   if (options.memory_limit > 0) room_ = std::min(room_, options.memory_limit);
   is_limited_ = bytes_of(BlockSet(needed_by_.size(), 1)) > room_;
   takes_turns_ = is_limited_ && !in_background_;
-  if (in_background_) worker_ = std::thread([this] { work(); });
+  if (in_background_) queue_.emplace([this](const BlockSet& asked) { return load_part(asked); });
 }
 
 Loader::~Loader() {
-  if (!worker_.joinable()) return;
-  {
-    const std::lock_guard guard(state_);
-    stop_ = true;
-  }
-  has_work_.notify_all();
-  worker_.join();
+  if (queue_) queue_->stop();
 }
 
 // ---- locks ----
@@ -182,7 +176,7 @@ void Loader::load(BlockSet& closed) {
   }
   if (!is_there) {
     if (in_background_) {
-      ask_for(closed);
+      queue_->ask_for(closed);
     } else {
       const std::lock_guard one(loading_);
       load_now(closed);
@@ -301,10 +295,10 @@ std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loa
       wanted,
       [&](std::uint32_t b, const Error& error) {
         out.push_back(b);
-        if (!stop_) note({b, reader_.blocks()[b].offset, error.code(), error.what()});
+        if (!is_stopped()) note({b, reader_.blocks()[b].offset, error.code(), error.what()});
       },
-      [this] { return stop_.load(); });
-  if (stop_) throw Stopped{};
+      [this] { return is_stopped(); });
+  if (is_stopped()) throw Stopped{};
   leave_out(set, std::move(out), loaded);
   std::erase_if(fetched, [&](const file::FetchedBlock& block) { return set[block.block] == 0; });
   return fetched;
@@ -322,7 +316,7 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched) {
   try {
     file::Reader::Batch batch = alone([&] { return reader_.begin(std::move(fetched), content_); });
     while (alone([&] { return batch.step(content_, kRecordsAtOnce, measured_); }))
-      if (stop_) throw Stopped{};
+      if (is_stopped()) throw Stopped{};
     alone([&] {
       batch.check(content_);
       for (const std::uint32_t b : blocks)
@@ -428,86 +422,36 @@ Loader::Shortfall Loader::explain(const BlockSet& missing) const {
   return shortfall;
 }
 
-// ---- the thread ----
-
-// The latest request is served first. One that is asked again and again is queued once.
-void Loader::ask_for(const BlockSet& set) {
-  {
-    const std::lock_guard guard(state_);
-    const auto queued = std::find(asked_.begin(), asked_.end(), set);
-    if (queued != asked_.end()) asked_.erase(queued);
-    asked_.push_front(set);
-    if (asked_.size() > kMaxQueued) asked_.pop_back();
-  }
-  has_work_.notify_one();
-}
-
-void Loader::work() {
-  while (true) {
-    BlockSet asked;
-    {
-      std::unique_lock guard(state_);
-      is_working_ = false;
-      if (asked_.empty()) is_done_.notify_all();
-      has_work_.wait(guard, [this] { return stop_ || !asked_.empty(); });
-      if (stop_) return;
-      is_working_ = true;
-      asked = std::move(asked_.front());
-      asked_.pop_front();
-    }
-    try {
-      work_on(asked);
-    } catch (const Stopped&) {
-      return;
-    } catch (...) {
-      const std::lock_guard guard(state_);
-      work_error_ = std::current_exception();
-    }
-  }
-}
-
-// Coarse blocks first, some at a time. What a limit of memory keeps is decided over all that is asked.
-void Loader::work_on(const BlockSet& asked) {
-  const std::lock_guard one(loading_);
-  BlockSet part(asked.size(), 0);
-  std::size_t count = 0;
-  bool has_more = false;
-  {
-    BlockSet possible = asked;
-    leave_out_hopeless(possible);
-    for (const std::uint32_t b : members(possible)) {
-      if (content_.block_loaded[b] != 0 && !is_limited_) continue;
-      if (!is_limited_ && count++ == kBlocksAtOnce) {
-        has_more = true;
-        break;
-      }
-      part[b] = 1;
-    }
-  }
-  close(part);
-  load_now(part);
-  if (!has_more) return;
-  const std::lock_guard guard(state_);
-  asked_.push_front(asked);
-}
-
 bool Loader::waits_for(const BlockSet& missing) const {
   if (std::find(missing.begin(), missing.end(), 1) == missing.end()) return false;
   const LimitedBy limit = explain(missing).limited_by;
   return limit == LimitedBy::kLoading || limit == LimitedBy::kMemory;
 }
 
-void Loader::wait_until_loaded(const ProgressCallback& progress) {
-  std::unique_lock guard(state_);
-  const auto is_done = [this] { return asked_.empty() && !is_working_; };
-  while (!is_done()) {
-    is_done_.wait_for(guard, std::chrono::milliseconds(20), is_done);
-    if (!progress) continue;
-    guard.unlock();
-    if (!progress({"reading", 0, 0})) throw Error(ErrorCode::kCancelled, "waiting for blocks was cancelled");
-    guard.lock();
+// ---- the thread ----
+
+// Coarse blocks first, some at a time. What a limit of memory keeps is decided over all that is asked.
+bool Loader::load_part(const BlockSet& asked) {
+  const std::lock_guard one(loading_);
+  BlockSet possible = asked, part(asked.size(), 0);
+  leave_out_hopeless(possible);
+  std::size_t count = 0;
+  bool has_more = false;
+  for (const std::uint32_t b : members(possible)) {
+    if (content_.block_loaded[b] != 0 && !is_limited_) continue;
+    if (!is_limited_ && count++ == kBlocksAtOnce) {
+      has_more = true;
+      break;
+    }
+    part[b] = 1;
   }
-  if (work_error_) std::rethrow_exception(std::exchange(work_error_, nullptr));
+  close(part);
+  load_now(part);
+  return has_more;
+}
+
+void Loader::wait_until_loaded(const ProgressCallback& progress) {
+  if (queue_) queue_->wait_until_done(progress);
 }
 
 } // namespace ptet

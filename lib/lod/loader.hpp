@@ -8,29 +8,25 @@
 // are not loaded is a closed cut. A block whose records turn out wrong while they are applied spoils the content: it is
 // made anew from the base mesh with what is good. Ids of records and vertices stay; versions are numbered anew.
 //
-// Locks, in the order in which they are taken: turn, loading, content. The content's is taken through a gate, so that
-// decoding, which takes it for some hundred records at a time, is not kept waiting by a stream of readers.
+// Locks, in the order in which they are taken: turn, loading, content, and either that of the state or of the queue.
+// The content's is taken through a gate, so that decoding, which takes it for some hundred records at a time, is not
+// kept waiting by a stream of readers.
 #pragma once
 
 #include "formats/ptet/reader.hpp"
+#include "lod/load_queue.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/source.hpp"
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <deque>
-#include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
-#include <thread>
 #include <vector>
 
 namespace ptet {
-
-/// One flag a block.
-using BlockSet = std::vector<char>;
 
 class Loader {
 public:
@@ -38,7 +34,7 @@ public:
   /// outlive the loader; nobody else may load.
   Loader(file::Reader& reader, file::Content& content, const OpenOptions& options,
          file::Reader::Batch::StarMeasured measured);
-  /// Stops the thread; waits for a read of the source that is under way.
+  /// Waits for a read of the source that is under way.
   ~Loader();
   Loader(const Loader&) = delete;
   Loader& operator=(const Loader&) = delete;
@@ -106,7 +102,6 @@ private:
   };
   static constexpr std::size_t kRecordsAtOnce = 512; ///< decoded between two chances for readers
   static constexpr std::size_t kBlocksAtOnce = 32;   ///< decoded by the thread before it looks what is asked for last
-  static constexpr std::size_t kMaxQueued = 64;
   static constexpr int kMaxRebuilds = 16;
   static constexpr std::chrono::seconds kRetryAfter{1}; ///< of the thread, where reading failed
 
@@ -128,9 +123,8 @@ private:
   void note(const BlockFailure& failure);
   [[nodiscard]] std::uint64_t bytes_of(const BlockSet& set) const;
 
-  void ask_for(const BlockSet& set);
-  void work();
-  void work_on(const BlockSet& asked);
+  [[nodiscard]] bool load_part(const BlockSet& asked);
+  [[nodiscard]] bool is_stopped() const { return queue_ && queue_->is_stopped(); }
 
   file::Reader& reader_;
   file::Content& content_;
@@ -154,12 +148,7 @@ private:
   std::map<std::uint32_t, Failed> failed_;
   BlockSet no_room_;
   std::vector<std::uint32_t> pins_;
-  std::deque<BlockSet> asked_; ///< the latest first
-  bool is_working_ = false;
-  std::exception_ptr work_error_;
-  std::condition_variable has_work_, is_done_;
-  std::atomic<bool> stop_{false};
-  std::thread worker_;
+  std::optional<LoadQueue> queue_; ///< in the background; last: its thread works on what is above
 };
 
 } // namespace ptet

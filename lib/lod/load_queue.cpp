@@ -1,0 +1,79 @@
+#include "lod/load_queue.hpp"
+
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace ptet {
+
+LoadQueue::LoadQueue(Serve serve) : serve_(std::move(serve)), thread_([this] { work(); }) {}
+
+LoadQueue::~LoadQueue() {
+  stop();
+  thread_.join();
+}
+
+void LoadQueue::stop() {
+  {
+    const std::lock_guard guard(mutex_);
+    is_stopped_ = true;
+  }
+  has_work_.notify_all();
+}
+
+void LoadQueue::ask_for(const BlockSet& set) {
+  {
+    const std::lock_guard guard(mutex_);
+    const auto before = std::find_if(asked_.begin(), asked_.end(), [&](const Asked& asked) { return *asked == set; });
+    if (before != asked_.end()) {
+      std::rotate(asked_.begin(), before, before + 1);
+    } else {
+      asked_.push_front(std::make_shared<const BlockSet>(set));
+      if (asked_.size() > kMaxQueued) asked_.pop_back();
+    }
+  }
+  has_work_.notify_one();
+}
+
+void LoadQueue::work() {
+  while (const Asked asked = wait_for_first()) {
+    bool has_more = false;
+    try {
+      has_more = serve_(*asked);
+    } catch (...) {
+      const std::lock_guard guard(mutex_);
+      error_ = std::current_exception();
+    }
+    if (!has_more) forget(asked);
+  }
+}
+
+/// None when no more parts are to be served.
+LoadQueue::Asked LoadQueue::wait_for_first() {
+  std::unique_lock guard(mutex_);
+  has_work_.wait(guard, [this] { return is_stopped_ || !asked_.empty(); });
+  return is_stopped_ ? nullptr : asked_.front();
+}
+
+void LoadQueue::forget(const Asked& asked) {
+  const std::lock_guard guard(mutex_);
+  std::erase(asked_, asked);
+  if (asked_.empty()) is_done_.notify_all();
+}
+
+void LoadQueue::wait_until_done(const ProgressCallback& progress) {
+  std::unique_lock guard(mutex_);
+  const auto is_done = [this] { return asked_.empty(); };
+  while (!is_done()) {
+    is_done_.wait_for(guard, std::chrono::milliseconds(20), is_done);
+    if (!progress) continue;
+    guard.unlock();
+    if (!progress({"reading", 0, 0})) throw Error(ErrorCode::kCancelled, "waiting for blocks was cancelled");
+    guard.lock();
+  }
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+} // namespace ptet

@@ -1,0 +1,67 @@
+// What is asked of a thread that loads blocks, and the thread: the latest request first, a part of one at a time.
+//
+//   ask_for(C) -> [ C | B | A ] -> a part of C, of whatever is first by then, ... -> a request of which nothing is left
+//                                                                                    leaves the queue
+//
+// A request stays in its place while a part of it is served, so one that is asked meanwhile comes before the rest of
+// it.
+#pragma once
+
+#include "ptet/progress.hpp"
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace ptet {
+
+/// One flag a block.
+using BlockSet = std::vector<char>;
+
+/// Thread rule: any number of threads may ask and wait.
+class LoadQueue {
+public:
+  /// Called by the thread: does a part of what is asked, returns whether anything is left of it. What it throws after
+  /// stop() is nobody's matter.
+  using Serve = std::function<bool(const BlockSet& asked)>;
+
+  explicit LoadQueue(Serve serve);
+  /// Waits for the part that is being served.
+  ~LoadQueue();
+  LoadQueue(const LoadQueue&) = delete;
+  LoadQueue& operator=(const LoadQueue&) = delete;
+
+  /// One that is asked again and again is queued once, as the latest. Of too many the oldest are forgotten.
+  void ask_for(const BlockSet& set);
+  /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what serving
+  /// threw.
+  void wait_until_done(const ProgressCallback& progress);
+
+  /// No more parts are to be served; for what serves one to look at.
+  void stop();
+  [[nodiscard]] bool is_stopped() const { return is_stopped_; }
+
+private:
+  using Asked = std::shared_ptr<const BlockSet>;
+  static constexpr std::size_t kMaxQueued = 64;
+
+  void work();
+  [[nodiscard]] Asked wait_for_first();
+  void forget(const Asked& asked);
+
+  const Serve serve_;
+  std::mutex mutex_;
+  std::deque<Asked> asked_;  ///< the latest first
+  std::exception_ptr error_; ///< what serving threw
+  std::condition_variable has_work_, is_done_;
+  std::atomic<bool> is_stopped_{false};
+  std::thread thread_;
+};
+
+} // namespace ptet

@@ -1,0 +1,102 @@
+#include "lod/load_queue.hpp"
+#include "ptet/error.hpp"
+
+#include <algorithm>
+#include <new>
+#include <string>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+
+namespace {
+
+/// A queue whose requests, sets with one block, take `parts` each. A part begins when it is let.
+class Served {
+public:
+  explicit Served(int parts)
+      : left_(8, parts), queue_([this](const BlockSet& asked) {
+          const auto block = static_cast<std::size_t>(std::find(asked.begin(), asked.end(), 1) - asked.begin());
+          std::unique_lock guard(mutex_);
+          has_begun_ = true;
+          changed_.notify_all();
+          changed_.wait(guard, [this] { return may_go_on_; });
+          order_ += static_cast<char>('a' + block);
+          if (fails_) throw std::bad_alloc();
+          return --left_[block] > 0;
+        }) {}
+
+  void ask(char name) {
+    BlockSet set(left_.size(), 0);
+    set[static_cast<std::size_t>(name - 'a')] = 1;
+    queue_.ask_for(set);
+  }
+  void wait_for_begin() {
+    std::unique_lock guard(mutex_);
+    changed_.wait(guard, [this] { return has_begun_; });
+  }
+  void fail() { fails_ = true; }
+  void let_go_on() {
+    const std::lock_guard guard(mutex_);
+    may_go_on_ = true;
+    changed_.notify_all();
+  }
+  LoadQueue& queue() { return queue_; }
+  /// Names of the requests that parts were done of.
+  [[nodiscard]] std::string order() {
+    queue_.wait_until_done({});
+    return order_;
+  }
+
+private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool has_begun_ = false, may_go_on_ = false;
+  std::atomic<bool> fails_{false};
+  std::string order_;
+  std::vector<int> left_;
+  LoadQueue queue_;
+};
+
+} // namespace
+
+TEST_CASE("load queue: what is asked while a part of something else is done comes before the rest of it") {
+  Served served(3);
+  served.ask('a');
+  served.wait_for_begin();
+  served.ask('b');
+  served.ask('c');
+  served.let_go_on();
+  CHECK(served.order() == "acccbbbaa");
+}
+
+TEST_CASE("load queue: what is asked again is the latest, and done once") {
+  Served served(2);
+  served.ask('a');
+  served.wait_for_begin();
+  served.ask('b');
+  served.ask('c');
+  served.ask('b');
+  served.ask('a');
+  served.let_go_on();
+  CHECK(served.order() == "aabbcc");
+}
+
+TEST_CASE("load queue: what serving throws is told to who waits, and the rest is done") {
+  Served served(2);
+  served.fail();
+  served.ask('a');
+  served.ask('b');
+  served.let_go_on();
+  CHECK_THROWS_AS(served.queue().wait_until_done({}), std::bad_alloc);
+  CHECK(served.order().size() == 2);
+}
+
+TEST_CASE("load queue: waiting can be given up, and so can what is asked") {
+  Served served(2);
+  served.ask('a');
+  served.wait_for_begin();
+  CHECK_THROWS_AS(served.queue().wait_until_done([](const Progress&) { return false; }), Error);
+  served.queue().stop();
+  served.let_go_on();
+}
