@@ -26,6 +26,7 @@ void LoadQueue::stop() {
 void LoadQueue::ask_for(const BlockSet& set) {
   {
     const std::lock_guard guard(mutex_);
+    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
     const auto before = std::find_if(asked_.begin(), asked_.end(), [&](const Asked& asked) { return *asked == set; });
     if (before != asked_.end()) {
       std::rotate(asked_.begin(), before, before + 1);

@@ -38,6 +38,7 @@ public:
   LoadQueue& operator=(const LoadQueue&) = delete;
 
   /// One that is asked again and again is queued once, as the latest. Of too many the oldest are forgotten.
+  /// Throws what serving threw, once, and asks for nothing then.
   void ask_for(const BlockSet& set);
   /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what serving
   /// threw.

@@ -92,6 +92,23 @@ TEST_CASE("load queue: what serving throws is told to who waits, and the rest is
   CHECK(served.order().size() == 2);
 }
 
+TEST_CASE("load queue: what serving throws is told to who asks next, once, if nobody waits") {
+  Served served(1);
+  served.fail();
+  served.ask('a');
+  served.let_go_on();
+  bool is_told = false;
+  for (int i = 0; i < 5000 && !is_told; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    try {
+      served.ask('a');
+    } catch (const std::bad_alloc&) {
+      is_told = true;
+    }
+  }
+  CHECK(is_told);
+}
+
 TEST_CASE("load queue: waiting can be given up, and so can what is asked") {
   Served served(2);
   served.ask('a');
