@@ -27,7 +27,8 @@ std::uint16_t Hierarchy::Steps::nearest(double x) const {
 }
 
 Hierarchy::Hierarchy(std::shared_ptr<ByteSource> source, const OpenOptions& options)
-    : reader_(std::move(source), options), content_(reader_.read_base()), star_box_(reader_.header().record_count),
+    : reader_(std::move(source), options), content_(reader_.read_base()),
+      errors_per_record_(content_.errors_per_record), star_box_(reader_.header().record_count),
       loader_(reader_, content_, options,
               [this](RecordId r, const Point& least, const Point& greatest) { keep_star(r, least, greatest); }) {
   for (std::size_t axis = 0; axis < 3; ++axis) {

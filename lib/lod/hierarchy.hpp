@@ -23,7 +23,7 @@ public:
   [[nodiscard]] const std::vector<file::BlockInfo>& blocks() const { return reader_.blocks(); }
   [[nodiscard]] std::uint64_t file_bytes() const { return reader_.file_bytes(); }
   /// Governing fields and, last, the domain.
-  [[nodiscard]] std::uint32_t errors_per_record() const { return content_.errors_per_record; }
+  [[nodiscard]] std::uint32_t errors_per_record() const { return errors_per_record_; }
   /// Base vertices that some base tet uses.
   [[nodiscard]] std::uint32_t used_base_vertex_count() const { return used_base_vertex_count_; }
   [[nodiscard]] std::uint32_t base_face_count() const { return base_face_count_; }
@@ -69,6 +69,7 @@ private:
 
   file::Reader reader_;
   file::Content content_;
+  const std::uint32_t errors_per_record_;
   std::array<Steps, 3> steps_{};
   std::vector<StepBox> star_box_; ///< rounded outward
   std::uint32_t used_base_vertex_count_ = 0;
