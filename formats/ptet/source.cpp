@@ -69,6 +69,26 @@ private:
   std::vector<std::byte> bytes_;
 };
 
+/// What the source says; what it throws is an Error(kIo) then.
+template <class F>
+decltype(auto) ask(std::uint64_t offset, F&& f) {
+  try {
+    return f();
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kIo) throw;
+    throw Error(ErrorCode::kIo, error.what(), offset);
+  } catch (const std::exception& error) {
+    throw Error(ErrorCode::kIo, std::string("cannot read from the source: ") + error.what(), offset);
+  }
+}
+
+std::shared_ptr<ByteSource> required(std::shared_ptr<ByteSource> source) {
+  if (!source) throw Error(ErrorCode::kBadArgument, "there is no source to read from");
+  return source;
+}
+
 } // namespace
 
 std::unique_ptr<ByteSource> open_file(const std::string& path) {
@@ -80,7 +100,7 @@ std::unique_ptr<ByteSource> over_memory(std::vector<std::byte> bytes) {
 }
 
 RangeReader::RangeReader(std::shared_ptr<ByteSource> source, std::uint64_t max_gap)
-    : source_(std::move(source)), size_(source_->size()), max_gap_(max_gap) {}
+    : source_(required(std::move(source))), size_(ask(0, [this] { return source_->size(); })), max_gap_(max_gap) {}
 
 std::vector<std::byte> RangeReader::read(ByteRange range) {
   if (range.offset > size_ || range.count > size_ - range.offset)
@@ -89,17 +109,10 @@ std::vector<std::byte> RangeReader::read(ByteRange range) {
     throw Error(ErrorCode::kLimit, "a part of the file does not fit into memory", range.offset);
   std::vector<std::byte> bytes(range.count);
   ++requests_;
-  try {
+  ask(range.offset, [&] {
     const std::lock_guard alone(mutex_);
     source_->read(range.offset, bytes);
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kIo) throw;
-    throw Error(ErrorCode::kIo, error.what(), range.offset);
-  } catch (const std::exception& error) {
-    throw Error(ErrorCode::kIo, std::string("cannot read from the source: ") + error.what(), range.offset);
-  }
+  });
   bytes_ += range.count;
   return bytes;
 }

@@ -42,7 +42,7 @@ public:
   /// No request is longer than this, unless a single range is.
   static constexpr std::uint64_t kLongestRequest = std::uint64_t{1} << 23;
 
-  /// `max_gap`: OpenOptions::max_gap.
+  /// `max_gap`: OpenOptions::max_gap. Throws Error(kBadArgument) without a source, and as read().
   RangeReader(std::shared_ptr<ByteSource> source, std::uint64_t max_gap);
 
   [[nodiscard]] std::uint64_t size() const { return size_; }

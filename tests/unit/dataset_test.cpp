@@ -7,6 +7,8 @@
 
 #include <functional>
 #include <limits>
+#include <new>
+#include <stdexcept>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -222,4 +224,34 @@ TEST_CASE("request: the limit is the largest code within the bound") {
   CHECK(limit_of(0, 1) == 0);
   CHECK(limit_of(decode_error(700, 0.3), 0.3) == 700);
   CHECK(limit_of(1, 0) == kMaxErrorCode);
+}
+
+TEST_CASE("dataset: a source that is none, or that does not know its size, is refused with the library's own error") {
+  class Sizeless final : public ByteSource {
+  public:
+    explicit Sizeless(std::function<void()> fail) : fail_(std::move(fail)) {}
+    std::uint64_t size() override {
+      fail_();
+      return 0;
+    }
+    void read(std::uint64_t, std::span<std::byte>) override {}
+
+  private:
+    std::function<void()> fail_;
+  };
+  const auto code_of = [](std::shared_ptr<ByteSource> source) {
+    try {
+      (void)Dataset::open(std::move(source));
+    } catch (const Error& error) {
+      return std::pair(error.code(), std::string(error.what()));
+    }
+    return std::pair(ErrorCode::kCancelled, std::string("none"));
+  };
+  CHECK(code_of(nullptr).first == ErrorCode::kBadArgument);
+  const auto gone = code_of(std::make_shared<Sizeless>([] { throw std::runtime_error("the server is gone"); }));
+  CHECK(gone.first == ErrorCode::kIo);
+  CHECK(gone.second.find("the server is gone") != std::string::npos);
+  CHECK(code_of(std::make_shared<Sizeless>([] { throw Error(ErrorCode::kLimit, "too large"); })).first ==
+        ErrorCode::kIo);
+  CHECK_THROWS_AS(Dataset::open(std::make_shared<Sizeless>([] { throw std::bad_alloc(); })), std::bad_alloc);
 }

@@ -132,7 +132,8 @@ enum class OriginValue {
 class Dataset {
 public:
   /// Reads header, manifest, table and base mesh; record blocks are read as cuts need them.
-  /// Throws Error: kIo, kCorruptFile (with byte offset), kLimit (see OpenOptions::limits).
+  /// Throws Error: kIo, kCorruptFile (with byte offset), kLimit (see OpenOptions::limits), kBadArgument without a
+  /// source.
   [[nodiscard]] static std::shared_ptr<const Dataset> open(const std::string& path, const OpenOptions& options = {});
   /// The same from bytes wherever they are.
   [[nodiscard]] static std::shared_ptr<const Dataset> open(std::shared_ptr<ByteSource> source,
