@@ -7,6 +7,7 @@
 // it.
 #pragma once
 
+#include "lod/block_needs.hpp"
 #include "ptet/progress.hpp"
 
 #include <atomic>
@@ -17,12 +18,8 @@
 #include <memory>
 #include <mutex>
 #include <thread>
-#include <vector>
 
 namespace ptet {
-
-/// One flag a block.
-using BlockSet = std::vector<char>;
 
 /// Thread rule: any number of threads may ask and wait.
 class LoadQueue {

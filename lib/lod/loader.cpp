@@ -2,33 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <thread>
 #include <utility>
 
 namespace ptet {
 namespace {
-
-std::vector<std::uint32_t> members(const BlockSet& set) {
-  std::vector<std::uint32_t> blocks;
-  for (std::uint32_t b = 0; b < set.size(); ++b)
-    if (set[b] != 0) blocks.push_back(b);
-  return blocks;
-}
-
-bool is_subset(const BlockSet& part, const BlockSet& whole) {
-  for (std::size_t b = 0; b < part.size(); ++b)
-    if (part[b] != 0 && whole[b] == 0) return false;
-  return true;
-}
-
-void unite(BlockSet& set, const BlockSet& more) {
-  for (std::size_t b = 0; b < set.size(); ++b)
-    set[b] = static_cast<char>(set[b] | more[b]);
-}
-
-void intersect(BlockSet& set, const BlockSet& other) {
-  for (std::size_t b = 0; b < set.size(); ++b)
-    set[b] = static_cast<char>(set[b] & other[b]);
-}
 
 /// Thrown out of a decoding that nobody wants any more.
 struct Stopped {};
@@ -38,14 +17,11 @@ struct Stopped {};
 Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& options,
                file::Reader::Batch::StarMeasured measured)
     : reader_(reader), content_(content), measured_(std::move(measured)), in_background_(options.background),
-      needed_by_(reader.blocks().size()), in_use_(reader.blocks().size(), 0), no_room_(reader.blocks().size(), 0),
+      needs_(reader.blocks()), losses_(needs_, options.background), in_use_(reader.blocks().size(), 0),
       pins_(reader.blocks().size(), 0) {
-  for (std::uint32_t b = 0; b < needed_by_.size(); ++b)
-    for (const std::uint32_t needed : reader.blocks()[b].needs)
-      needed_by_[needed].push_back(b);
   room_ = options.limits.max_bytes - std::min(options.limits.max_bytes, reader.fixed_bytes());
   if (options.memory_limit > 0) room_ = std::min(room_, options.memory_limit);
-  is_limited_ = bytes_of(BlockSet(needed_by_.size(), 1)) > room_;
+  is_limited_ = bytes_of(BlockSet(reader.blocks().size(), 1)) > room_;
   takes_turns_ = is_limited_ && !in_background_;
   if (in_background_) queue_.emplace([this](const BlockSet& asked) { return load_part(asked); });
 }
@@ -57,16 +33,13 @@ Loader::~Loader() {
 // ---- locks ----
 
 std::shared_lock<std::shared_mutex> Loader::lock() const {
-  const std::lock_guard through(gate_);
-  return std::shared_lock(content_mutex_);
+  return lock_.shared();
 }
 
 // What goes wrong while the content changes is found by nobody half done.
 template <class F>
 decltype(auto) Loader::alone(F&& f) {
-  std::unique_lock gate(gate_);
-  const std::unique_lock guard(content_mutex_);
-  gate.unlock();
+  const std::unique_lock guard = lock_.alone();
   try {
     return f();
   } catch (...) {
@@ -98,13 +71,13 @@ Loader::Turn::~Turn() {
 }
 
 void Loader::pin(const BlockSet& set) {
-  const std::lock_guard guard(state_);
+  const std::lock_guard guard(pins_mutex_);
   for (const std::uint32_t b : members(set))
     ++pins_[b];
 }
 
 void Loader::unpin(const BlockSet& set) {
-  const std::lock_guard guard(state_);
+  const std::lock_guard guard(pins_mutex_);
   for (const std::uint32_t b : members(set))
     --pins_[b];
 }
@@ -114,40 +87,6 @@ void Loader::unpin(const BlockSet& set) {
 void Loader::close(BlockSet& set) const {
   std::vector<std::uint32_t> open;
   close(set, open);
-}
-
-void Loader::close(BlockSet& set, std::vector<std::uint32_t>& open) const {
-  open.clear();
-  for (std::uint32_t b = 0; b < set.size(); ++b)
-    if (set[b] != 0) open.push_back(b);
-  while (!open.empty()) {
-    const std::uint32_t b = open.back();
-    open.pop_back();
-    for (const std::uint32_t needed : reader_.blocks()[b].needs)
-      if (std::exchange(set[needed], 1) == 0) open.push_back(needed);
-  }
-}
-
-// With a block goes what needs it and is not there yet.
-void Loader::leave_out(BlockSet& set, std::vector<std::uint32_t> out, const BlockSet& loaded) const {
-  while (!out.empty()) {
-    const std::uint32_t b = out.back();
-    out.pop_back();
-    if (loaded[b] != 0 || std::exchange(set[b], 0) == 0) continue;
-    out.insert(out.end(), needed_by_[b].begin(), needed_by_[b].end());
-  }
-}
-
-// Blocks with wrong bytes stay wrong. Where reading failed it may not do so the next time.
-void Loader::leave_out_hopeless(BlockSet& set) const {
-  std::vector<std::uint32_t> out;
-  {
-    const std::lock_guard guard(state_);
-    for (const auto& [block, failed] : failed_)
-      if (failed.failure.code != ErrorCode::kIo || (in_background_ && Clock::now() - failed.when < kRetryAfter))
-        out.push_back(block);
-  }
-  leave_out(set, std::move(out), content_.block_loaded);
 }
 
 std::uint64_t Loader::bytes_of(const BlockSet& set) const {
@@ -175,7 +114,7 @@ void Loader::load(BlockSet& closed) {
     is_there = holds(closed);
   }
   if (!is_there) {
-    if (in_background_) {
+    if (queue_) {
       queue_->ask_for(closed);
     } else {
       const std::lock_guard one(loading_);
@@ -201,16 +140,9 @@ bool Loader::load(BlockSet& closed, Clock::time_point until) {
     const auto begin = Clock::now();
     BlockSet part = loaded;
     double count = 0;
-    for (; count < at_once && !left.empty(); left.pop_front()) {
-      BlockSet with = part;
-      with[left.front()] = 1;
-      close(with);
-      if (std::equal(with.begin(), with.end(), lost.begin(), [](char a, char b) { return a == 0 || b == 0; })) {
-        part = std::move(with);
-        ++count;
-      }
-    }
-    BlockSet wanted = part;
+    for (; count < at_once && !left.empty(); left.pop_front())
+      if (part[left.front()] != 0 || !needs_.add(part, left.front(), lost).empty()) ++count;
+    const BlockSet wanted = part;
     load(part);
     for (std::size_t b = 0; b < part.size(); ++b)
       if (wanted[b] != part[b]) lost[b] = 1;
@@ -231,7 +163,7 @@ bool Loader::load(BlockSet& closed, Clock::time_point until) {
 void Loader::load_now(BlockSet& set) {
   const BlockSet none(set.size(), 0);
   if (is_spoilt_) rebuild(none, none, true);
-  leave_out_hopeless(set);
+  needs_.leave_out(set, losses_.hopeless(), content_.block_loaded);
   if (is_limited_ && !make_room(set)) return;
   decode(fetch(set, content_.block_loaded));
 }
@@ -243,20 +175,16 @@ bool Loader::make_room(BlockSet& set) {
   unite(all, set);
   if (bytes_of(all) <= room_) return true;
   const BlockSet keep = what_fits(set);
-  {
-    const std::lock_guard guard(state_);
-    for (const std::uint32_t b : members(set))
-      no_room_[b] = keep[b] == 0 ? 1 : 0;
-  }
+  for (const std::uint32_t b : members(set))
+    if (keep[b] == 0) losses_.note_no_room(b);
   intersect(set, keep);
   if (is_subset(set, loaded)) return false;
   all = loaded;
   unite(all, set);
   if (bytes_of(all) <= room_) return true;
   if (!rebuild(keep, BlockSet(loaded), false)) {
-    const std::lock_guard guard(state_);
     for (const std::uint32_t b : members(set))
-      if (loaded[b] == 0) no_room_[b] = 1;
+      if (loaded[b] == 0) losses_.note_no_room(b);
   }
   return false;
 }
@@ -265,41 +193,46 @@ bool Loader::make_room(BlockSet& set) {
 BlockSet Loader::what_fits(const BlockSet& set) const {
   BlockSet keep = takes_turns_ ? in_use_ : BlockSet(set.size(), 0);
   {
-    const std::lock_guard guard(state_);
+    const std::lock_guard guard(pins_mutex_);
     for (std::size_t b = 0; b < keep.size(); ++b)
       if (pins_[b] > 0) keep[b] = 1;
   }
   close(keep);
   intersect(keep, content_.block_loaded);
+  // What does not fit once never does: the more is kept the less room there is.
+  std::uint64_t bytes = bytes_of(keep);
+  BlockSet unfit(set.size(), 0);
   for (const std::uint32_t b : members(set)) {
     if (keep[b] != 0) continue;
-    BlockSet with = keep;
-    with[b] = 1;
-    close(with);
-    if (bytes_of(with) <= room_) keep = std::move(with);
+    const std::vector<std::uint32_t> added = needs_.add(keep, b, unfit);
+    std::uint64_t with = bytes;
+    for (const std::uint32_t a : added)
+      with += reader_.decoded_bytes(a);
+    if (!added.empty() && with <= room_) {
+      bytes = with;
+      continue;
+    }
+    unfit[b] = 1;
+    for (const std::uint32_t a : added)
+      keep[a] = 0;
   }
   return keep;
 }
 
-void Loader::note(const BlockFailure& failure) {
-  const std::lock_guard guard(state_);
-  failed_.insert_or_assign(failure.block, Failed{failure, Clock::now()});
-}
-
 // What cannot be had goes out of the set, with what needs it.
 std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loaded) {
-  std::vector<std::uint32_t> wanted = members(set);
+  std::vector<std::uint32_t> wanted = members(set), out;
   std::erase_if(wanted, [&](std::uint32_t b) { return loaded[b] != 0; });
-  std::vector<std::uint32_t> out;
   auto fetched = reader_.fetch(
       wanted,
       [&](std::uint32_t b, const Error& error) {
         out.push_back(b);
-        if (!is_stopped()) note({b, reader_.blocks()[b].offset, error.code(), error.what()});
+        if (error.code() != ErrorCode::kCancelled)
+          losses_.note({b, reader_.blocks()[b].offset, error.code(), error.what()});
       },
       [this] { return is_stopped(); });
   if (is_stopped()) throw Stopped{};
-  leave_out(set, std::move(out), loaded);
+  needs_.leave_out(set, std::move(out), loaded);
   std::erase_if(fetched, [&](const file::FetchedBlock& block) { return set[block.block] == 0; });
   return fetched;
 }
@@ -324,16 +257,12 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched) {
       content_.refinement.settle(); // once all is read
     });
   } catch (const file::BlockError& error) {
-    note({error.block, error.block_offset, error.code(), error.what()});
-    leave_out(target, {error.block}, BlockSet(target.size(), 0));
+    losses_.note({error.block, error.block_offset, error.code(), error.what()});
+    needs_.leave_out(target, {error.block}, BlockSet(target.size(), 0));
     rebuild(std::move(target), was_loaded, true);
     return;
   }
-  const std::lock_guard guard(state_);
-  for (const std::uint32_t b : blocks) {
-    failed_.erase(b);
-    no_room_[b] = 0;
-  }
+  losses_.forget(blocks);
 }
 
 // ---- making the content anew ----
@@ -363,15 +292,11 @@ bool Loader::try_to_rebuild(BlockSet& keep, std::vector<file::FetchedBlock> fetc
   try {
     alone([&] { apply_alone(std::move(fetched)); });
   } catch (const file::BlockError& error) {
-    note({error.block, error.block_offset, error.code(), error.what()});
-    leave_out(keep, {error.block}, BlockSet(keep.size(), 0));
+    losses_.note({error.block, error.block_offset, error.code(), error.what()});
+    needs_.leave_out(keep, {error.block}, BlockSet(keep.size(), 0));
     return false;
   }
-  const std::lock_guard guard(state_);
-  for (const std::uint32_t b : members(keep)) {
-    failed_.erase(b);
-    no_room_[b] = 0;
-  }
+  losses_.forget(members(keep));
   return true;
 }
 
@@ -400,28 +325,6 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
 
 // ---- why not ----
 
-Loader::Shortfall Loader::explain(const BlockSet& missing) const {
-  Shortfall shortfall;
-  BlockSet rest = missing;
-  const std::lock_guard guard(state_);
-  std::vector<std::uint32_t> out;
-  for (const auto& [block, failed] : failed_) {
-    if (missing[block] == 0) continue;
-    shortfall.failures.push_back(failed.failure);
-    out.push_back(block);
-  }
-  leave_out(rest, std::move(out), BlockSet(rest.size(), 0));
-  bool is_loading = false, lacks_room = false;
-  for (const std::uint32_t b : members(rest))
-    (no_room_[b] != 0 ? lacks_room : is_loading) = true;
-  if (is_loading && in_background_) {
-    shortfall.limited_by = LimitedBy::kLoading;
-  } else if (lacks_room) {
-    shortfall.limited_by = LimitedBy::kMemory;
-  }
-  return shortfall;
-}
-
 bool Loader::waits_for(const BlockSet& missing) const {
   if (std::find(missing.begin(), missing.end(), 1) == missing.end()) return false;
   const LimitedBy limit = explain(missing).limited_by;
@@ -434,7 +337,7 @@ bool Loader::waits_for(const BlockSet& missing) const {
 bool Loader::load_part(const BlockSet& asked) {
   const std::lock_guard one(loading_);
   BlockSet possible = asked, part(asked.size(), 0);
-  leave_out_hopeless(possible);
+  needs_.leave_out(possible, losses_.hopeless(), content_.block_loaded);
   std::size_t count = 0;
   bool has_more = false;
   for (const std::uint32_t b : members(possible)) {

@@ -8,19 +8,20 @@
 // are not loaded is a closed cut. A block whose records turn out wrong while they are applied spoils the content: it is
 // made anew from the base mesh with what is good. Ids of records and vertices stay; versions are numbered anew.
 //
-// Locks, in the order in which they are taken: turn, loading, content, and either that of the state or of the queue.
-// The content's is taken through a gate, so that decoding, which takes it for some hundred records at a time, is not
-// kept waiting by a stream of readers.
+// Locks, in the order in which they are taken: turn, loading, content, and one of those of the queue, the losses and
+// the pins. Decoding takes the content's for some dozen records at a time, see ContentLock.
 #pragma once
 
 #include "formats/ptet/reader.hpp"
+#include "lod/block_losses.hpp"
+#include "lod/block_needs.hpp"
+#include "lod/content_lock.hpp"
 #include "lod/load_queue.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/source.hpp"
 
 #include <atomic>
 #include <chrono>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
@@ -44,13 +45,12 @@ public:
   /// Are all of the set loaded? The lock must be held.
   [[nodiscard]] bool holds(const BlockSet& set) const;
 
-  /// Adds every block that one of the set needs, directly or not.
+  /// See BlockNeeds.
   void close(BlockSet& set) const;
-  /// The same with memory to work in, which it keeps.
-  void close(BlockSet& set, std::vector<std::uint32_t>& open) const;
+  void close(BlockSet& set, std::vector<std::uint32_t>& open) const { needs_.close(set, open); }
   /// Loads a closed set and takes out of it what is not loaded then; it stays closed. With OpenOptions::background
   /// only asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn.
-  /// Throws std::bad_alloc, nothing of the file or its source.
+  /// Throws std::bad_alloc, and in the background what the thread met; nothing of the file or its source.
   void load(BlockSet& closed);
   /// The same some blocks at a time, coarse ones first, and as it seems by `until`: at least one that is not there yet.
   /// Returns false when it left blocks for later. Where memory is limited all are loaded at once.
@@ -58,12 +58,9 @@ public:
   /// Takes out of the set what is not loaded. Takes the lock itself.
   void keep_loaded(BlockSet& set) const;
 
-  /// Why a request that depends on blocks cannot have `missing`.
-  struct Shortfall {
-    LimitedBy limited_by = LimitedBy::kUnreadable;
-    std::vector<BlockFailure> failures; ///< by block
-  };
-  [[nodiscard]] Shortfall explain(const BlockSet& missing) const;
+  using Shortfall = ptet::Shortfall;
+  /// See BlockLosses.
+  [[nodiscard]] Shortfall explain(const BlockSet& missing) const { return losses_.explain(missing); }
   /// Whether it is no use to go on to blocks that follow `missing`: these are still to be read, or memory is short.
   [[nodiscard]] bool waits_for(const BlockSet& missing) const;
 
@@ -96,22 +93,15 @@ public:
 
 private:
   using Clock = std::chrono::steady_clock;
-  struct Failed {
-    BlockFailure failure;
-    Clock::time_point when;
-  };
-  static constexpr std::size_t kRecordsAtOnce = 512; ///< decoded between two chances for readers
-  static constexpr std::size_t kBlocksAtOnce = 32;   ///< decoded by the thread before it looks what is asked for last
+  static constexpr std::size_t kRecordsAtOnce = 64; ///< decoded between two chances for readers
+  static constexpr std::size_t kBlocksAtOnce = 32;  ///< decoded by the thread before it looks what is asked for last
   static constexpr int kMaxRebuilds = 16;
-  static constexpr std::chrono::seconds kRetryAfter{1}; ///< of the thread, where reading failed
 
   template <class F>
   decltype(auto) alone(F&& f);
   void spoil();
 
   void load_now(BlockSet& set);
-  void leave_out_hopeless(BlockSet& set) const;
-  void leave_out(BlockSet& set, std::vector<std::uint32_t> out, const BlockSet& loaded) const;
   [[nodiscard]] bool make_room(BlockSet& set);
   [[nodiscard]] BlockSet what_fits(const BlockSet& set) const;
   [[nodiscard]] std::vector<file::FetchedBlock> fetch(BlockSet& set, const BlockSet& loaded);
@@ -120,7 +110,6 @@ private:
   bool rebuild(BlockSet keep, const BlockSet& was_loaded, bool must);
   bool try_to_rebuild(BlockSet& keep, std::vector<file::FetchedBlock> fetched);
   void apply_alone(std::vector<file::FetchedBlock> fetched);
-  void note(const BlockFailure& failure);
   [[nodiscard]] std::uint64_t bytes_of(const BlockSet& set) const;
 
   [[nodiscard]] bool load_part(const BlockSet& asked);
@@ -130,23 +119,22 @@ private:
   file::Content& content_;
   const file::Reader::Batch::StarMeasured measured_;
   const bool in_background_;
-  std::vector<std::vector<std::uint32_t>> needed_by_;
+  const BlockNeeds needs_;
+  BlockLosses losses_;
   std::uint64_t room_ = 0;  ///< bytes for decoded blocks
   bool is_limited_ = false; ///< not all blocks fit
   bool takes_turns_ = false;
 
-  mutable std::mutex gate_;
-  mutable std::shared_mutex content_mutex_;
+  ContentLock lock_;
   std::uint64_t revision_ = 0;         ///< under the content's lock
-  std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew; changes under the content's lock
+  std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew;
+                                       /// < changes under the content's lock
 
   std::mutex turn_;
   BlockSet in_use_; ///< by the owner of the turn
   std::mutex loading_;
 
-  mutable std::mutex state_;
-  std::map<std::uint32_t, Failed> failed_;
-  BlockSet no_room_;
+  mutable std::mutex pins_mutex_;
   std::vector<std::uint32_t> pins_;
   std::optional<LoadQueue> queue_; ///< in the background; last: its thread works on what is above
 };
