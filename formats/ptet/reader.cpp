@@ -539,6 +539,16 @@ void Reader::at_block(std::uint32_t block, F&& f, const RecordId& record) const 
   }
 }
 
+void Reader::expect(std::span<const FetchedBlock> blocks, Content& content) const {
+  std::uint64_t records = 0, versions = 0;
+  for (const FetchedBlock& block : blocks) {
+    records += blocks_[block.block].record_count;
+    versions += decoding_->rows[block.block].version_count;
+  }
+  if (content.refinement.applied_count() + records == header_.record_count)
+    content.refinement.reserve(content.refinement.version_count() + versions);
+}
+
 Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) {
   Decoding& d = *decoding_;
   if (!d.codec) {
@@ -546,6 +556,7 @@ Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) 
     for (std::uint32_t block = 0; block < blocks_.size(); ++block)
       d.block_of.insert(d.block_of.end(), blocks_[block].record_count, block);
   }
+  expect(blocks, content);
   auto batching = std::make_unique<Batching>();
   batching->reader = this;
   batching->open.reserve(blocks.size());
@@ -573,14 +584,6 @@ Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) 
       open.greatest.fill(-std::numeric_limits<double>::infinity());
     });
   }
-  std::uint64_t records = 0, versions = 0;
-  for (const OpenBlock& block : batching->open) {
-    records += block.records_left;
-    versions += d.rows[block.block].version_count;
-  }
-  // The last of them: lists that grow no more need no room to do so.
-  if (content.refinement.applied_count() + records == header_.record_count)
-    content.refinement.reserve(content.refinement.version_count() + versions);
   // What is told of a file that is wrong is told in the order of the specification.
   if (d.violations) {
     std::sort(batching->runs.begin(), batching->runs.end(), [](const Run& a, const Run& b) {

@@ -143,6 +143,9 @@ public:
   /// In what order the input stood; header().has_input_order. Thread rule: const.
   /// Throws Error: kIo, kCorruptFile, kLimit.
   [[nodiscard]] InputOrder read_input_order() const;
+  /// Makes room for the records of blocks that are decoded next, in several batches, where they are the last of the
+  /// file: lists that grow no more need no room to do so.
+  void expect(std::span<const FetchedBlock> blocks, Content& content) const;
   class Batch;
   /// Prepares to decode; the blocks must be closed as for load(). One batch at a time.
   /// Throws BlockError; nothing is applied then.

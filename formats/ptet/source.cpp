@@ -120,7 +120,12 @@ std::vector<std::byte> RangeReader::read(ByteRange range) {
 std::vector<RangeBytes> RangeReader::read_all(std::span<const ByteRange> ranges,
                                               const std::function<bool()>& is_stopped) {
   std::vector<RangeBytes> result(ranges.size());
+  const auto is_over = [&] { return is_stopped && is_stopped(); };
   const auto read_one = [&](std::size_t i) {
+    if (is_over()) {
+      result[i].failure = std::make_exception_ptr(Error(ErrorCode::kCancelled, "reading was cancelled"));
+      return;
+    }
     try {
       result[i].bytes = read(ranges[i]);
     } catch (const Error&) {
@@ -134,14 +139,9 @@ std::vector<RangeBytes> RangeReader::read_all(std::span<const ByteRange> ranges,
       if (next.offset - reach > max_gap_ || next.offset + next.count - ranges[begin].offset > kLongestRequest) break;
       reach = next.offset + next.count;
     }
-    if (is_stopped && is_stopped()) {
-      const auto stopped = std::make_exception_ptr(Error(ErrorCode::kCancelled, "reading was cancelled"));
-      for (; begin < ranges.size(); ++begin)
-        result[begin].failure = stopped;
-      return result;
-    }
-    if (end == begin + 1) {
-      read_one(begin);
+    if (end == begin + 1 || is_over()) {
+      for (std::size_t i = begin; i < end; ++i)
+        read_one(i);
       continue;
     }
     try {

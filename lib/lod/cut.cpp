@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 namespace ptet {
 namespace {
@@ -31,7 +32,7 @@ class CutSearch {
 public:
   CutSearch(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress)
       : hierarchy_(hierarchy), request_(request), budget_(hierarchy, request.budgets), progress_(progress),
-        blocks_(hierarchy.blocks()), begin_(Clock::now()) {}
+        cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()) {}
 
   Cut run() {
     const Demand& demand = request_.demand;
@@ -71,12 +72,22 @@ private:
   using BlockDemands = std::vector<BlockDemand>;
 
   void read(BlockSet& set) {
-    if (progress_ && !progress_({"reading", 0, 0})) throw Error(ErrorCode::kCancelled, "the extraction was cancelled");
+    cancellation_.check();
     hierarchy_.close(set);
     const BlockSet wanted = set;
-    hierarchy_.load(set);
+    if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr)) {
+      is_time_up_ = true; // what was not read for that is not missing
+      return;
+    }
     for (std::size_t b = 0; b < set.size(); ++b)
       if (wanted[b] != set[b]) cut_.missing[b] = 1;
+  }
+  /// When to wait no longer for a thread that loads. All of the file is read whatever the time.
+  [[nodiscard]] std::optional<Clock::time_point> until() const {
+    constexpr double kMost = 1e6;
+    if (!request_.budgets.max_seconds || request_.origins) return std::nullopt;
+    return begin_ + std::chrono::duration_cast<Clock::duration>(
+                        std::chrono::duration<double>(std::min(*request_.budgets.max_seconds, kMost)));
   }
   static void restrict(BlockSet& set, const BlockSet& to) {
     for (std::size_t b = 0; b < set.size(); ++b)
@@ -303,6 +314,7 @@ private:
   const ResolvedRequest& request_;
   const Budget budget_;
   const ProgressCallback& progress_;
+  Cancellation cancellation_;
   const std::vector<file::BlockInfo>& blocks_;
   const Clock::time_point begin_;
   Cut cut_;

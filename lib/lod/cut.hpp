@@ -17,7 +17,8 @@ struct Cut {
   LimitedBy limited_by = LimitedBy::kNothing;
 };
 
-/// Reads the blocks it needs. Thread rule: see Hierarchy. `progress` is called between reads.
+/// Reads the blocks it needs. Thread rule: see Hierarchy. `progress` is called now and then while it
+/// does, under no lock but those of who loads.
 [[nodiscard]] Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress);
 
 } // namespace ptet

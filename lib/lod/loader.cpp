@@ -106,9 +106,13 @@ void Loader::repair() {
   if (is_spoilt_) rebuild(none, none, true);
 }
 
-void Loader::load(BlockSet& closed) {
+void Loader::load(BlockSet& closed, Cancellation* cancellation) {
+  static_cast<void>(load_when_free(closed, std::nullopt, cancellation));
+}
+
+bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> until, Cancellation* cancellation) {
   repair();
-  bool is_there = false;
+  bool is_there = false, is_free = true;
   {
     const auto guard = lock();
     is_there = holds(closed);
@@ -117,18 +121,32 @@ void Loader::load(BlockSet& closed) {
     if (queue_) {
       queue_->ask_for(closed);
     } else {
-      const std::lock_guard one(loading_);
-      load_now(closed);
+      const auto one = wait_for_others(until, cancellation);
+      is_free = one.owns_lock();
+      if (is_free) load_now(closed, cancellation);
     }
     keep_loaded(closed);
   }
   if (takes_turns_) unite(in_use_, closed);
+  return is_free;
+}
+
+/// Does not own the lock where it waited in vain.
+std::unique_lock<std::timed_mutex> Loader::wait_for_others(std::optional<Clock::time_point> until,
+                                                           Cancellation* cancellation) {
+  constexpr std::chrono::milliseconds kBetweenLooks{20};
+  std::unique_lock one(loading_, std::defer_lock);
+  while (!one.try_lock_until(std::min(until.value_or(Clock::time_point::max()), Clock::now() + kBetweenLooks))) {
+    if (until && Clock::now() >= *until) break;
+    if (cancellation != nullptr) cancellation->check();
+  }
+  return one;
 }
 
 // What cannot be had is not asked for again with each of the others that need it.
-bool Loader::load(BlockSet& closed, Clock::time_point until) {
+bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cancellation) {
   if (in_background_ || is_limited_) {
-    load(closed);
+    load(closed, cancellation);
     return true;
   }
   BlockSet loaded = closed, lost(closed.size(), 0);
@@ -143,14 +161,15 @@ bool Loader::load(BlockSet& closed, Clock::time_point until) {
     for (; count < at_once && !left.empty(); left.pop_front())
       if (part[left.front()] != 0 || !needs_.add(part, left.front(), lost).empty()) ++count;
     const BlockSet wanted = part;
-    load(part);
-    for (std::size_t b = 0; b < part.size(); ++b)
-      if (wanted[b] != part[b]) lost[b] = 1;
+    const bool is_free = load_when_free(part, until, cancellation);
+    if (is_free)
+      for (std::size_t b = 0; b < part.size(); ++b)
+        if (wanted[b] != part[b]) lost[b] = 1;
     loaded = std::move(part);
     const auto now = Clock::now();
     at_once = std::floor(
         std::min(2.0, std::chrono::duration<double>(until - now) / std::chrono::duration<double>(now - begin)) * count);
-    if (!left.empty() && at_once < 1 && count > 0) {
+    if (!is_free || (!left.empty() && at_once < 1 && count > 0)) {
       closed = std::move(loaded);
       return false;
     }
@@ -160,16 +179,16 @@ bool Loader::load(BlockSet& closed, Clock::time_point until) {
   return true;
 }
 
-void Loader::load_now(BlockSet& set) {
+void Loader::load_now(BlockSet& set, Cancellation* cancellation) {
   const BlockSet none(set.size(), 0);
   if (is_spoilt_) rebuild(none, none, true);
   needs_.leave_out(set, losses_.hopeless(), content_.block_loaded);
-  if (is_limited_ && !make_room(set)) return;
-  decode(fetch(set, content_.block_loaded));
+  if (is_limited_ && !make_room(set, cancellation)) return;
+  decode(fetch(set, content_.block_loaded, cancellation), cancellation);
 }
 
 // Returns whether the set is to be loaded on top of what is there; else all has been done.
-bool Loader::make_room(BlockSet& set) {
+bool Loader::make_room(BlockSet& set, Cancellation* cancellation) {
   const BlockSet& loaded = content_.block_loaded;
   BlockSet all = loaded;
   unite(all, set);
@@ -182,7 +201,7 @@ bool Loader::make_room(BlockSet& set) {
   all = loaded;
   unite(all, set);
   if (bytes_of(all) <= room_) return true;
-  if (!rebuild(keep, BlockSet(loaded), false)) {
+  if (!rebuild(keep, BlockSet(loaded), false, cancellation)) {
     for (const std::uint32_t b : members(set))
       if (loaded[b] == 0) losses_.note_no_room(b);
   }
@@ -220,7 +239,7 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
 }
 
 // What cannot be had goes out of the set, with what needs it.
-std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loaded) {
+std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loaded, Cancellation* cancellation) {
   std::vector<std::uint32_t> wanted = members(set), out;
   std::erase_if(wanted, [&](std::uint32_t b) { return loaded[b] != 0; });
   auto fetched = reader_.fetch(
@@ -230,38 +249,57 @@ std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loa
         if (error.code() != ErrorCode::kCancelled)
           losses_.note({b, reader_.blocks()[b].offset, error.code(), error.what()});
       },
-      [this] { return is_stopped(); });
+      [&] { return is_stopped() || (cancellation != nullptr && cancellation->is_wanted()); });
   if (is_stopped()) throw Stopped{};
+  if (cancellation != nullptr) cancellation->check();
   needs_.leave_out(set, std::move(out), loaded);
   std::erase_if(fetched, [&](const file::FetchedBlock& block) { return set[block.block] == 0; });
   return fetched;
 }
 
-void Loader::decode(std::vector<file::FetchedBlock> fetched) {
+// All together, or, where it may be cancelled, a closed part at a time.
+void Loader::decode(std::vector<file::FetchedBlock> fetched, Cancellation* cancellation) {
+  const BlockSet none(needs_.size(), 0);
+  BlockSet loaded = content_.block_loaded, target = loaded;
+  std::vector<std::size_t> place(needs_.size(), 0);
+  for (std::size_t i = 0; i < fetched.size(); ++i) {
+    target[fetched[i].block] = 1;
+    place[fetched[i].block] = i;
+  }
+  if (cancellation != nullptr) alone([&] { reader_.expect(fetched, content_); });
+  for (std::size_t begin = 0; begin < fetched.size();) {
+    BlockSet with = loaded;
+    std::vector<file::FetchedBlock> part;
+    for (; begin < fetched.size() && (cancellation == nullptr || part.size() < kBlocksBetweenLooks); ++begin)
+      for (const std::uint32_t b : needs_.add(with, fetched[begin].block, none))
+        part.push_back(std::move(fetched[place[b]]));
+    try {
+      decode_together(std::move(part));
+    } catch (const file::BlockError& error) {
+      losses_.note({error.block, error.block_offset, error.code(), error.what()});
+      needs_.leave_out(target, {error.block}, none);
+      rebuild(std::move(target), loaded, true);
+      return;
+    }
+    loaded = std::move(with);
+    if (cancellation != nullptr && begin < fetched.size()) cancellation->check();
+  }
+}
+
+void Loader::decode_together(std::vector<file::FetchedBlock> fetched) {
   if (fetched.empty()) return;
-  const BlockSet was_loaded = content_.block_loaded;
-  BlockSet target = was_loaded;
   std::vector<std::uint32_t> blocks;
-  for (const file::FetchedBlock& block : fetched) {
+  for (const file::FetchedBlock& block : fetched)
     blocks.push_back(block.block);
-    target[block.block] = 1;
-  }
-  try {
-    file::Reader::Batch batch = alone([&] { return reader_.begin(std::move(fetched), content_); });
-    while (alone([&] { return batch.step(content_, kRecordsAtOnce, measured_); }))
-      if (is_stopped()) throw Stopped{};
-    alone([&] {
-      batch.check(content_);
-      for (const std::uint32_t b : blocks)
-        content_.block_loaded[b] = 1;
-      content_.refinement.settle(); // once all is read
-    });
-  } catch (const file::BlockError& error) {
-    losses_.note({error.block, error.block_offset, error.code(), error.what()});
-    needs_.leave_out(target, {error.block}, BlockSet(target.size(), 0));
-    rebuild(std::move(target), was_loaded, true);
-    return;
-  }
+  file::Reader::Batch batch = alone([&] { return reader_.begin(std::move(fetched), content_); });
+  while (alone([&] { return batch.step(content_, kRecordsAtOnce, measured_); }))
+    if (is_stopped()) throw Stopped{};
+  alone([&] {
+    batch.check(content_);
+    for (const std::uint32_t b : blocks)
+      content_.block_loaded[b] = 1;
+    content_.refinement.settle(); // once all is read
+  });
   losses_.forget(blocks);
 }
 
@@ -269,14 +307,14 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched) {
 
 // `must`: even when what was loaded and is to be kept cannot all be read again; else nothing is done then, and false
 // returned.
-bool Loader::rebuild(BlockSet keep, const BlockSet& was_loaded, bool must) {
+bool Loader::rebuild(BlockSet keep, const BlockSet& was_loaded, bool must, Cancellation* cancellation) {
   const BlockSet none(keep.size(), 0);
   for (int attempt = 0;; ++attempt) {
     // A file with so many wrong blocks under right hashes is no accident.
     if (attempt == kMaxRebuilds) intersect(keep, was_loaded);
     if (attempt > kMaxRebuilds) keep = none;
     BlockSet readable = keep;
-    auto fetched = fetch(readable, none);
+    auto fetched = fetch(readable, none, must ? nullptr : cancellation);
     if (!must) {
       BlockSet lost = keep;
       intersect(lost, was_loaded);
@@ -349,7 +387,7 @@ bool Loader::load_part(const BlockSet& asked) {
     part[b] = 1;
   }
   close(part);
-  load_now(part);
+  load_now(part, nullptr);
   return has_more;
 }
 

@@ -15,6 +15,7 @@
 #include "formats/ptet/reader.hpp"
 #include "lod/block_losses.hpp"
 #include "lod/block_needs.hpp"
+#include "lod/cancellation.hpp"
 #include "lod/content_lock.hpp"
 #include "lod/load_queue.hpp"
 #include "ptet/dataset.hpp"
@@ -48,13 +49,19 @@ public:
   /// See BlockNeeds.
   void close(BlockSet& set) const;
   void close(BlockSet& set, std::vector<std::uint32_t>& open) const { needs_.close(set, open); }
-  /// Loads a closed set and takes out of it what is not loaded then; it stays closed. With OpenOptions::background
-  /// only asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn.
-  /// Throws std::bad_alloc, and in the background what the thread met; nothing of the file or its source.
-  void load(BlockSet& closed);
-  /// The same some blocks at a time, coarse ones first, and as it seems by `until`: at least one that is not there yet.
-  /// Returns false when it left blocks for later. Where memory is limited all are loaded at once.
-  [[nodiscard]] bool load(BlockSet& closed, std::chrono::steady_clock::time_point until);
+  /// Loads a closed set and takes out of it what is not loaded then; it stays closed. With OpenOptions::background only
+  /// asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn. Throws
+  /// std::bad_alloc, and in the background what the thread met; nothing of the file or its source. Throws
+  /// Error(kCancelled) between blocks, not while the content is made anew; what was decoded until then stays.
+  void load(BlockSet& closed, Cancellation* cancellation = nullptr);
+  /// The same, but waits for another thread that loads no longer than `until`; then loads nothing and returns false.
+  [[nodiscard]] bool load_when_free(BlockSet& closed, std::optional<std::chrono::steady_clock::time_point> until,
+                                    Cancellation* cancellation = nullptr);
+  /// The same some blocks at a time, coarse ones first, and as it seems by `until`: at least one that is not there yet,
+  /// but none while another thread loads until then. Returns false when it left blocks for later. Where memory is
+  /// limited all are loaded at once.
+  [[nodiscard]] bool load(BlockSet& closed, std::chrono::steady_clock::time_point until,
+                          Cancellation* cancellation = nullptr);
   /// Takes out of the set what is not loaded. Takes the lock itself.
   void keep_loaded(BlockSet& set) const;
 
@@ -95,19 +102,24 @@ private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kRecordsAtOnce = 64; ///< decoded between two chances for readers
   static constexpr std::size_t kBlocksAtOnce = 32;  ///< decoded by the thread before it looks what is asked for last
+  static constexpr std::size_t kBlocksBetweenLooks = 8; ///< decoded by others before they can be cancelled
   static constexpr int kMaxRebuilds = 16;
 
   template <class F>
   decltype(auto) alone(F&& f);
   void spoil();
 
-  void load_now(BlockSet& set);
-  [[nodiscard]] bool make_room(BlockSet& set);
+  [[nodiscard]] std::unique_lock<std::timed_mutex> wait_for_others(std::optional<Clock::time_point> until,
+                                                                   Cancellation* cancellation);
+  void load_now(BlockSet& set, Cancellation* cancellation);
+  [[nodiscard]] bool make_room(BlockSet& set, Cancellation* cancellation);
   [[nodiscard]] BlockSet what_fits(const BlockSet& set) const;
-  [[nodiscard]] std::vector<file::FetchedBlock> fetch(BlockSet& set, const BlockSet& loaded);
-  void decode(std::vector<file::FetchedBlock> fetched);
+  [[nodiscard]] std::vector<file::FetchedBlock> fetch(BlockSet& set, const BlockSet& loaded,
+                                                      Cancellation* cancellation = nullptr);
+  void decode(std::vector<file::FetchedBlock> fetched, Cancellation* cancellation);
+  void decode_together(std::vector<file::FetchedBlock> fetched);
   void repair();
-  bool rebuild(BlockSet keep, const BlockSet& was_loaded, bool must);
+  bool rebuild(BlockSet keep, const BlockSet& was_loaded, bool must, Cancellation* cancellation = nullptr);
   bool try_to_rebuild(BlockSet& keep, std::vector<file::FetchedBlock> fetched);
   void apply_alone(std::vector<file::FetchedBlock> fetched);
   [[nodiscard]] std::uint64_t bytes_of(const BlockSet& set) const;
@@ -132,7 +144,7 @@ private:
 
   std::mutex turn_;
   BlockSet in_use_; ///< by the owner of the turn
-  std::mutex loading_;
+  std::timed_mutex loading_;
 
   mutable std::mutex pins_mutex_;
   std::vector<std::uint32_t> pins_;

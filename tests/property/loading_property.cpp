@@ -714,6 +714,140 @@ TEST_CASE("a session reads as much as there is time for, and gets there") {
   }
 }
 
+TEST_CASE("who has little time does not wait for a thread that reads") {
+  const Sample& s = sample();
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  const auto dataset = Dataset::open(source);
+  Session session(dataset);
+  std::atomic<bool> is_reading{false}, may_go_on{false};
+  source->set([&](std::uint64_t, std::uint64_t) {
+    is_reading = true;
+    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return false;
+  });
+  std::atomic<bool> is_read{false};
+  std::thread reader([&] {
+    (void)dataset->extract({});
+    is_read = true;
+  });
+  while (!is_reading)
+    std::this_thread::yield();
+  Request request = s.requests[3];
+  request.max_milliseconds = 20;
+  const SessionUpdate& update = session.update(request);
+  const Extraction extraction = dataset->extract(request);
+  CHECK_FALSE(is_read);
+  CHECK_FALSE(update.complete);
+  CHECK(update.limited_by == LimitedBy::kTime);
+  CHECK(update.failures.empty());
+  CHECK(extraction.limited_by == LimitedBy::kTime);
+  CHECK(extraction.failures.empty());
+  CHECK(extraction.mesh.tets.size() == dataset->info().base_tets);
+  may_go_on = true;
+  reader.join();
+  for (int round = 0; round < 100 && !session.update(request).complete; ++round) {
+  }
+  CHECK(difference(session, session.update(s.requests[3]), s.answers[3]) == "");
+}
+
+TEST_CASE("an extraction is cancelled while it reads and while it waits for another that does") {
+  const Sample& s = sample();
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  const auto dataset = Dataset::open(source);
+  const std::uint64_t opened = source->reads();
+  std::atomic<bool> is_reading{false}, may_go_on{false};
+  source->set([&](std::uint64_t offset, std::uint64_t count) {
+    is_reading = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(6));
+    // No more than one block at a time.
+    return std::any_of(s.blocks.begin(), s.blocks.end(), [&](const file::BlockInfo& block) {
+      return block.offset > offset && block.offset < offset + count;
+    });
+  });
+  int asked = 0;
+  const auto third_time = [&](const Progress&) { return ++asked < 3; };
+  const auto is_cancelled = [&] {
+    asked = 0;
+    try {
+      (void)dataset->extract({}, third_time);
+    } catch (const Error& error) {
+      return error.code() == ErrorCode::kCancelled;
+    }
+    return false;
+  };
+  CHECK(is_cancelled());
+  CHECK(source->reads() - opened <= 4);
+
+  source->set([&](std::uint64_t, std::uint64_t) {
+    is_reading = true;
+    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return false;
+  });
+  is_reading = false;
+  std::thread reader([&] { (void)dataset->extract({}); });
+  while (!is_reading)
+    std::this_thread::yield();
+  const std::uint64_t reads = source->reads();
+  CHECK(is_cancelled());
+  CHECK(source->reads() == reads);
+  may_go_on = true;
+  reader.join();
+  source->set({});
+  CHECK(same_mesh(dataset->extract({}), s.answers[0]));
+}
+
+TEST_CASE("loading that is cancelled leaves the blocks that were decoded, closed and sound") {
+  const Sample& s = sample();
+  std::set<std::ptrdiff_t> counts;
+  for (int most = 1; most < 6; ++most) {
+    Hierarchy hierarchy(file::over_memory(s.bytes));
+    int asked = 0;
+    const ProgressCallback progress = [&](const Progress&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(6)); // so that it is asked the next time, too
+      return ++asked <= most;
+    };
+    BlockSet all(s.blocks.size(), 1);
+    try {
+      Cancellation cancellation(progress);
+      hierarchy.loader().load(all, &cancellation);
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCancelled);
+      CHECK(asked == most + 1);
+    }
+    const BlockSet loaded = hierarchy.content().block_loaded;
+    counts.insert(std::count(loaded.begin(), loaded.end(), 1));
+    BlockSet closed = loaded;
+    hierarchy.close(closed);
+    CHECK(closed == loaded);
+    const bool is_whole = closed == BlockSet(s.blocks.size(), 1);
+    if (!is_whole) CHECK(hierarchy.content().refinement.validate().empty()); // packed once it is
+    all.assign(s.blocks.size(), 1);
+    hierarchy.load(all);
+    CHECK(hierarchy.loader().holds(BlockSet(s.blocks.size(), 1)));
+  }
+  CHECK(counts.size() >= 3); // none, some, all
+}
+
+TEST_CASE("progress is told now and then, however many blocks there are") {
+  const Sample& s = sample();
+  for (const Request& asked : s.requests) {
+    Request request = asked;
+    request.max_milliseconds = 1e6;
+    int calls = 0;
+    const auto begin = std::chrono::steady_clock::now();
+    const Extraction extraction = Dataset::open_memory(s.bytes)->extract(request, [&](const Progress&) {
+      ++calls;
+      return true;
+    });
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    CHECK(extraction.complete);
+    CHECK(calls >= 1);
+    CHECK(calls <= 1 + 300 * seconds);
+  }
+}
+
 TEST_CASE("a session with little time over a source that fails asks for a block once a call") {
   const Sample& s = sample();
   const std::uint64_t bad = s.blocks[1].offset;

@@ -99,11 +99,12 @@ struct Request {
   /// How long the call may take, about. extract() then stops refining, the focus too: putting the mesh out, whose time
   /// is reckoned with as it grows, and the read under way may pass it, and two answers to such a request need not be
   /// the same. Session::update leaves what it has not done to the next update, and comes to the same mesh in the end:
-  /// it reads blocks as they seem to fit the time, at least one, and splits and collapses 64 records between two looks
-  /// at the clock, for half of the time where all of it went before. Not bounded is what it takes to find the cut among the records in memory; nor is reading where
-  /// memory is limited, or where values of interest or a view go with a budget. With OpenOptions::background it never
-  /// reads itself, but waits while some hundred records are put in their places, and while tables are packed once all
-  /// of the file is read, or made anew where damage is met.
+  /// it reads blocks as they seem to fit the time, at least one unless another thread is reading, and splits and
+  /// collapses 64 records between two looks at the clock, for half of the time where all of it went before. Not bounded
+  /// is what it takes to find the cut among the records in memory; nor is reading where memory is limited, or where
+  /// values of interest or a view go with a budget. With OpenOptions::background it never reads itself, but waits while
+  /// some dozen records are put in their places, and while tables are packed once all of the file is read, or made anew
+  /// where damage is met.
   std::optional<double> max_milliseconds;
 
   /// Each asks by itself; falloffs share the budgets with what else is asked outside.
