@@ -22,6 +22,10 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
   room_ = options.limits.max_bytes - std::min(options.limits.max_bytes, reader.fixed_bytes());
   if (options.memory_limit > 0) room_ = std::min(room_, options.memory_limit);
   is_limited_ = bytes_of(BlockSet(reader.blocks().size(), 1)) > room_;
+  if (is_limited_) {
+    stored_.emplace(reader.blocks().size(), room_ / kShareOfStored);
+    room_ -= room_ / kShareOfStored;
+  }
   takes_turns_ = is_limited_ && !in_background_;
   if (in_background_) queue_.emplace([this](const BlockSet& asked) { return load_part(asked); });
 }
@@ -240,9 +244,17 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
 
 // What cannot be had goes out of the set, with what needs it.
 std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loaded, Cancellation* cancellation) {
-  std::vector<std::uint32_t> wanted = members(set), out;
-  std::erase_if(wanted, [&](std::uint32_t b) { return loaded[b] != 0; });
-  auto fetched = reader_.fetch(
+  std::vector<std::uint32_t> wanted, out;
+  std::vector<file::FetchedBlock> fetched;
+  for (const std::uint32_t b : members(set)) {
+    if (loaded[b] != 0) continue;
+    file::FetchedBlock stored = stored_ ? stored_->use(b) : file::FetchedBlock{};
+    if (stored.bytes.empty())
+      wanted.push_back(b);
+    else
+      fetched.push_back(std::move(stored));
+  }
+  auto read = reader_.fetch(
       wanted,
       [&](std::uint32_t b, const Error& error) {
         out.push_back(b);
@@ -252,8 +264,13 @@ std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loa
       [&] { return is_stopped() || (cancellation != nullptr && cancellation->is_wanted()); });
   if (is_stopped()) throw Stopped{};
   if (cancellation != nullptr) cancellation->check();
+  for (file::FetchedBlock& block : read) {
+    if (stored_) stored_->keep(block);
+    fetched.push_back(std::move(block));
+  }
   needs_.leave_out(set, std::move(out), loaded);
   std::erase_if(fetched, [&](const file::FetchedBlock& block) { return set[block.block] == 0; });
+  std::sort(fetched.begin(), fetched.end(), [](const auto& a, const auto& b) { return a.block < b.block; });
   return fetched;
 }
 

@@ -18,6 +18,7 @@
 #include "lod/cancellation.hpp"
 #include "lod/content_lock.hpp"
 #include "lod/load_queue.hpp"
+#include "lod/stored_blocks.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/source.hpp"
 
@@ -104,6 +105,7 @@ private:
   static constexpr std::size_t kBlocksAtOnce = 32;  ///< decoded by the thread before it looks what is asked for last
   static constexpr std::size_t kBlocksBetweenLooks = 8; ///< decoded by others before they can be cancelled
   static constexpr int kMaxRebuilds = 16;
+  static constexpr std::uint64_t kShareOfStored = 16; ///< of the room; decoded they take some twenty times as much
 
   template <class F>
   decltype(auto) alone(F&& f);
@@ -145,6 +147,7 @@ private:
   std::mutex turn_;
   BlockSet in_use_; ///< by the owner of the turn
   std::timed_mutex loading_;
+  std::optional<StoredBlocks> stored_; ///< of who loads; where not all blocks fit
 
   mutable std::mutex pins_mutex_;
   std::vector<std::uint32_t> pins_;

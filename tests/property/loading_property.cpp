@@ -848,6 +848,23 @@ TEST_CASE("progress is told now and then, however many blocks there are") {
   }
 }
 
+TEST_CASE("what is dropped where memory is short need not be read again at once") {
+  const Sample& s = sample();
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  OpenOptions options;
+  options.memory_limit = s.decoded_bytes * 9 / 10;
+  const auto dataset = Dataset::open(source, options);
+  std::uint64_t stored = 0, answered = 0;
+  for (const file::BlockInfo& block : s.blocks)
+    stored += block.stored_bytes;
+  const std::uint64_t opened = source->bytes_given();
+  for (int round = 0; round < 6; ++round)
+    for (const Request& request : s.requests)
+      answered += dataset->extract(request).complete ? 1 : 0;
+  CHECK(answered >= 6);
+  CHECK(source->bytes_given() - opened <= stored);
+}
+
 TEST_CASE("a session with little time over a source that fails asks for a block once a call") {
   const Sample& s = sample();
   const std::uint64_t bad = s.blocks[1].offset;

@@ -36,7 +36,9 @@ struct Limits {
 struct OpenOptions {
   /// Bytes that decoded blocks may take in memory, as the block table lets them be estimated; 0: as many as
   /// Limits::max_bytes leaves. When a request would pass it, blocks that it does not need are dropped; extractions then
-  /// take turns. What its own blocks would pass is left out, see LimitedBy::kMemory.
+  /// take turns. What its own blocks would pass is left out, see LimitedBy::kMemory. Dropping costs what decoding all
+  /// that stays costs, since it is made anew; sessions then start over from the base mesh, see
+  /// SessionUpdate::renumbered. A sixteenth is for blocks as they are stored: those used last are not read again.
   std::uint64_t memory_limit = 0;
   /// A thread of the dataset reads and decodes; extract() never waits for it (but for Request::input_order, which it
   /// reads itself) and answers with what is there, see
