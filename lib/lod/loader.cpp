@@ -306,6 +306,7 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched, Cancellation* cance
 void Loader::decode_together(std::vector<file::FetchedBlock> fetched) {
   if (fetched.empty()) return;
   std::vector<std::uint32_t> blocks;
+  blocks.reserve(fetched.size());
   for (const file::FetchedBlock& block : fetched)
     blocks.push_back(block.block);
   file::Reader::Batch batch = alone([&] { return reader_.begin(std::move(fetched), content_); });
