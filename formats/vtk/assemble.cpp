@@ -25,6 +25,8 @@ namespace {
 /// Vertex and tet ids stay below the dummy vertex.
 constexpr std::uint64_t kMaxRows = kDummyVertex.index();
 constexpr std::size_t kMaxCellPoints = 10;
+/// So many names are listed in a note.
+constexpr int kMostNames = 9;
 /// Cells that stand for another piece's, for finer ones, or for nothing.
 constexpr unsigned char kGhostCell =
     vtkDataSetAttributes::DUPLICATECELL | vtkDataSetAttributes::REFINEDCELL | vtkDataSetAttributes::HIDDENCELL;
@@ -127,6 +129,27 @@ void Assembler::check_same_arrays(const std::vector<std::pair<std::string, vtkDa
   }
 }
 
+void Assembler::note_component_names(const std::string& name, vtkDataArray& array) {
+  std::string names;
+  for (int c = 0; c < std::min(array.GetNumberOfComponents(), kMostNames); ++c) {
+    const char* const its_name = array.GetComponentName(c);
+    names += (c == 0 ? "" : ", ") + std::string(its_name ? its_name : "-");
+  }
+  if (array.GetNumberOfComponents() > kMostNames) names += ", ...";
+  note_once("the names of the components of point array '" + name + "' (" + names +
+            ") are not carried; their order is");
+}
+
+void Assembler::note_ghost_points(vtkAbstractArray& array) {
+  auto* const flags = vtkUnsignedCharArray::SafeDownCast(&array);
+  if (flags == nullptr) return;
+  const unsigned char* const begin = flags->GetPointer(0);
+  const auto marked = std::count_if(begin, begin + flags->GetNumberOfValues(), [](unsigned char f) { return f != 0; });
+  if (marked > 0)
+    note_once("the flags of points (vtkGhostType: duplicate or hidden) are not carried; they mark " +
+              grouped(static_cast<std::uint64_t>(marked)) + (marked == 1 ? " point" : " points"));
+}
+
 void Assembler::add_points(vtkUnstructuredGrid& grid) {
   vtkDataArray* positions = grid.GetPoints() ? grid.GetPoints()->GetData() : nullptr;
   first_point_ = mesh_.vertex_count();
@@ -143,7 +166,10 @@ void Assembler::add_points(vtkUnstructuredGrid& grid) {
   for (int i = 0; i < data.GetNumberOfArrays(); ++i) {
     vtkAbstractArray& any = *data.GetAbstractArray(i);
     const std::string given = any.GetName() ? any.GetName() : "";
-    if (given == vtkDataSetAttributes::GhostArrayName()) continue;
+    if (given == vtkDataSetAttributes::GhostArrayName()) {
+      note_ghost_points(any);
+      continue;
+    }
     vtkDataArray* array = vtkDataArray::SafeDownCast(&any);
     if (!array || !scalar_type(array->GetDataType()) || array->GetNumberOfComponents() < 1) {
       note_once("point array '" + given + "' is not numeric (" + any.GetDataTypeAsString() + ") and is not carried");
@@ -151,6 +177,7 @@ void Assembler::add_points(vtkUnstructuredGrid& grid) {
     }
     const std::string name = unique_name(given, arrays.size(), taken);
     if (name != given) note_once("a point array without a name of its own is called '" + name + "'");
+    if (array->HasAComponentName()) note_component_names(name, *array);
     arrays.emplace_back(name, array);
   }
 

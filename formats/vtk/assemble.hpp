@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+class vtkAbstractArray;
 class vtkDataArray;
 class vtkUnstructuredGrid;
 
@@ -45,6 +46,8 @@ private:
   void add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
                  std::uint64_t id_count);
   void note_once(const std::string& note);
+  void note_component_names(const std::string& name, vtkDataArray& array);
+  void note_ghost_points(vtkAbstractArray& array);
 
   std::string path_;
   ReadReport& report_;

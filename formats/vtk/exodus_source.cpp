@@ -55,6 +55,29 @@ void check_netcdf(const Source& source, const Assembler& assembler) {
   }
 }
 
+/// Says what of an open file's parts does not come through: which element blocks there were, and all sets.
+void note_parts(int file, const ex_init_params& sizes, const std::vector<std::int64_t>& blocks, ReadReport& report) {
+  constexpr std::size_t kMostNames = 8;
+  if (blocks.size() > 1) {
+    std::string names;
+    for (std::size_t i = 0; i < std::min(blocks.size(), kMostNames); ++i) {
+      std::array<char, 256> name{}; // a name is up to 32 characters where nobody asks for more
+      if (ex_get_name(file, EX_ELEM_BLOCK, blocks[i], name.data()) < 0) name[0] = '\0';
+      names += (i == 0 ? "" : ", ") + (name[0] != '\0' ? std::string(name.data()) : std::to_string(blocks[i]));
+    }
+    if (blocks.size() > kMostNames) names += ", ...";
+    report.notes.push_back(grouped(blocks.size()) + " element blocks (" + names +
+                           ") are joined; which cell was in which is not carried");
+  }
+  const auto note_sets = [&](std::int64_t count, const char* kind) {
+    if (count > 0)
+      report.notes.push_back(grouped(static_cast<std::uint64_t>(count)) + " " + kind +
+                             (count == 1 ? " set is" : " sets are") + " not carried");
+  };
+  note_sets(sizes.num_node_sets, "node");
+  note_sets(sizes.num_side_sets, "side");
+}
+
 /// Asks for what VTK's reader will ask for: it goes on after a refusal, with tables that it has not filled.
 void check_exodus(const Source& source, const Assembler& assembler) {
   int word_bytes = sizeof(double);
@@ -83,6 +106,7 @@ void check_exodus(const Source& source, const Assembler& assembler) {
   std::sort(ids.begin(), ids.end());
   if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) assembler.fail("is damaged: two blocks have one id");
   if (cells != sizes.num_elem) assembler.fail("is damaged: its blocks do not hold as many cells as it says");
+  note_parts(file, sizes, ids, source.report);
 }
 
 } // namespace

@@ -135,7 +135,9 @@ TEST_CASE("the cube of other people's writers is read", "[vtk]") {
     CHECK(mesh.find("tensors")->components == 9);
   }
   if (exodus) CHECK(noted("last of 2 time steps (time 1.5)"));
+  if (exodus) CHECK(noted("2 element blocks ("));
   if (pieces) CHECK(noted("joined 2 pieces"));
+  if (pieces) CHECK(noted("Weld such points"));
   if (pieces) CHECK(noted("skipped 1 ghost cell"));
 }
 
@@ -204,6 +206,19 @@ TEST_CASE("arrays without a name of their own get one", "[vtk]") {
     CHECK(mesh.point_arrays[i].value(0, 0) == 4 * static_cast<double>(i) + 1);
   CHECK(report.notes == std::vector<std::string>{"a second point array 'f' is called 'f_2'",
                                                  "a point array without a name is called 'array_2'"});
+}
+
+TEST_CASE("names of components and flags of points are not carried, and that is said", "[vtk]") {
+  VtuText text;
+  text.point_data =
+      array_text(R"(Name="s" NumberOfComponents="2" ComponentName0="XX" ComponentName1="YZ")", "1 2 3 4 5 6 7 8") +
+      R"(<DataArray type="UInt8" Name="vtkGhostType" format="ascii">0 1 0 2</DataArray>)";
+  ReadReport report;
+  const TetMesh mesh = read_text(text.file(), &report);
+  CHECK(mesh.point_arrays.size() == 1);
+  REQUIRE(report.notes.size() == 2);
+  CHECK_THAT(report.notes[0], Catch::Contains("point array 's' (XX, YZ)"));
+  CHECK_THAT(report.notes[1], Catch::Contains("mark 2 points"));
 }
 
 TEST_CASE("point arrays that are not numeric are left out and said", "[vtk]") {
