@@ -33,6 +33,11 @@ std::uint64_t key_of(const Tet& tet) {
   return sum;
 }
 
+void check_sizes(std::uint64_t vertices, std::uint64_t tets, std::uint64_t versions) {
+  if (vertices >= 0x7FFFFFF0 || tets >= 0x3FFFFFFF || versions >= 0xFFFFFFFE)
+    throw Error(ErrorCode::kLimit, "the mesh is too large for a .ptet file");
+}
+
 /// Everything about a file to be written, and the steps that find it, in the order of encode().
 class Encoding {
 public:
@@ -102,22 +107,12 @@ private:
 };
 
 void Encoding::check_input() const {
-  if (mesh_.vertex_count() >= 0x7FFFFFF0 || original_tets().size() >= 0x3FFFFFFF ||
-      records_.versions.size() >= 0xFFFFFFFE) {
-    throw Error(ErrorCode::kLimit, "the mesh is too large for a .ptet file");
-  }
-  if (mesh_.point_arrays.size() > kMaxArrays)
-    throw Error(ErrorCode::kLimit, "the mesh has more than 1024 point arrays");
+  check_storable(mesh_);
+  check_sizes(mesh_.vertex_count(), original_tets().size(), records_.versions.size());
   if (mesh_.positions.components != 3) throw Error(ErrorCode::kBadInput, "positions must have three components");
-  for (const PointArray& array : mesh_.point_arrays) {
-    if (array.components == 0 || array.components > kMaxComponents) {
-      throw Error(ErrorCode::kLimit, "point array '" + array.name + "' has " + std::to_string(array.components) +
-                                         " components; 1 to 1024 can be stored");
-    }
-    if (array.size() != mesh_.vertex_count()) {
+  for (const PointArray& array : mesh_.point_arrays)
+    if (array.size() != mesh_.vertex_count())
       throw Error(ErrorCode::kBadInput, "point array '" + array.name + "' does not have one row for each vertex");
-    }
-  }
 }
 
 void Encoding::order() {
@@ -592,6 +587,15 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
 }
 
 } // namespace
+
+void check_storable(const TetMesh& mesh) {
+  check_sizes(mesh.vertex_count(), mesh.tets.size(), mesh.tets.size());
+  if (mesh.point_arrays.size() > kMaxArrays) throw Error(ErrorCode::kLimit, "the mesh has more than 1024 point arrays");
+  for (const PointArray& array : mesh.point_arrays)
+    if (array.components == 0 || array.components > kMaxComponents)
+      throw Error(ErrorCode::kLimit, "point array '" + array.name + "' has " + std::to_string(array.components) +
+                                         " components; 1 to 1024 can be stored");
+}
 
 std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
                               const ProgressCallback& progress, const GivenIds* given) {

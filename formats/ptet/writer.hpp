@@ -11,6 +11,10 @@
 
 namespace ptet::file {
 
+/// Throws Error(kLimit) for a mesh that no .ptet file can hold: too many vertices, tets, point arrays or components of
+/// one. write() and encode() throw the same; this says it before a build.
+void check_storable(const TetMesh& mesh);
+
 /// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records to
 /// `path`, through a temporary file in the same folder, synced and renamed. Returns the size of the file in bytes.
 /// Unused vertices are kept as base vertices without tets. `given`: the input's ids, where its order is to be kept;

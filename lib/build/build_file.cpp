@@ -36,6 +36,7 @@ struct Begun {
   std::uint64_t foreseen_memory_bytes = 0;
 };
 Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& progress) {
+  file::check_storable(mesh);
   const build::MemoryWatch memory(mesh, options);
   (void)memory.check(build::count(mesh, options)); // at least so much, whatever its boundary
   std::vector<Tet> given_tets = options.keep_order ? mesh.tets : std::vector<Tet>{};

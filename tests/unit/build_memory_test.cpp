@@ -2,6 +2,7 @@
 #include "build/memory_need.hpp"
 #include "ptet/build.hpp"
 #include "ptet/dataset.hpp"
+#include "ptet/error.hpp"
 #include "support/meshes.hpp"
 #include "support/temp_folder.hpp"
 
@@ -46,6 +47,29 @@ TEST_CASE("built in memory: the bytes are those of the file") {
   CHECK(of_memory.base_vertices < of_memory.input_vertices);
   CHECK(of_memory.notes == of_file.notes);
   CHECK(text_of(build_memory(mesh, quick(), nullptr, "other")) != text_of(bytes));
+}
+
+TEST_CASE("what no file can hold is refused before the build") {
+  TetMesh mesh = test::grid({});
+  test::add_array(mesh, "modes", ScalarType::kUInt8, 1025, [](const Point&) { return std::vector<double>(1025); });
+  int reports = 0;
+  const auto count = [&](const Progress&) {
+    ++reports;
+    return true;
+  };
+  const auto code_of_build = [&] {
+    try {
+      (void)build_memory(mesh, quick(), nullptr, {}, {}, count);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::kIo;
+  };
+  CHECK(code_of_build() == ErrorCode::kLimit);
+  CHECK(reports == 0);
+  mesh.point_arrays.assign(1025, mesh.point_arrays.front());
+  CHECK(code_of_build() == ErrorCode::kLimit);
+  CHECK(reports == 0);
 }
 
 TEST_CASE("built in memory: cut without a file") {
