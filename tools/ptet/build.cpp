@@ -356,12 +356,12 @@ void print_text(const Outcome& outcome) {
   }
   out << "  refused   " << (refused.empty() ? "none" : refused) << '\n';
   for (const auto& [field, error] : build.field_error) {
-    const std::string share = percent(error, range_of(outcome.info, field));
-    out << "  error     " << field << " up to " << brief(error)
+    const std::string share = percent_up(error, range_of(outcome.info, field));
+    out << "  error     " << field << " up to " << brief_up(error)
         << (share.empty() ? "" : " (" + share + " of its range)") << '\n';
   }
-  const std::string share = percent(build.domain_error, outcome.info.diagonal);
-  out << "  error     domain up to " << brief(build.domain_error)
+  const std::string share = percent_up(build.domain_error, outcome.info.diagonal);
+  out << "  error     domain up to " << brief_up(build.domain_error)
       << (share.empty() ? "" : " (" + share + " of the diagonal)") << '\n';
   out << "  file      " << counted(build.file_bytes, "byte") << ", "
       << brief(per(build.file_bytes, build.input_vertices), 3) << " a vertex, "

@@ -183,6 +183,10 @@ std::string percent(double part, double whole) {
   return whole > 0 && std::isfinite(part / whole) ? brief(100 * part / whole, 3) + "%" : std::string{};
 }
 
+std::string percent_up(double part, double whole) {
+  return whole > 0 && std::isfinite(part / whole) ? brief_up(100 * part / whole, 3) + "%" : std::string{};
+}
+
 std::string to_text(const Point& point) {
   return "(" + brief(point[0], 6) + ", " + brief(point[1], 6) + ", " + brief(point[2], 6) + ")";
 }

@@ -4,6 +4,7 @@
 #include "ptet/dataset.hpp"
 #include "ptet/error.hpp"
 #include "ptet/progress.hpp"
+#include "tools/brief_up.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -88,6 +89,8 @@ private:
 [[nodiscard]] std::string brief(double number, int digits = 4);
 /// part / whole as "12.3%"; empty when there is no whole.
 [[nodiscard]] std::string percent(double part, double whole);
+/// The same for a bound: rounded up.
+[[nodiscard]] std::string percent_up(double part, double whole);
 [[nodiscard]] std::string to_text(const Point& point);
 
 /// One object on standard output. Text that is not UTF-8 is replaced, numbers that are not finite become null.

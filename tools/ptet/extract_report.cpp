@@ -113,10 +113,10 @@ Json achieved_json(const Extraction& extraction, const DatasetInfo& info) {
   return achieved;
 }
 
-/// "0.0123 (1% of its range)"
+/// "0.0123 (1% of its range)", rounded up.
 std::string error_text(double error, double scale, const char* of) {
-  const std::string share = percent(error, scale);
-  return brief(error) + (share.empty() ? "" : " (" + share + " of " + of + ")");
+  const std::string share = percent_up(error, scale);
+  return brief_up(error) + (share.empty() ? "" : " (" + share + " of " + of + ")");
 }
 
 constexpr const char* kOfRange = "its range";
@@ -209,7 +209,8 @@ void print_parts(const Extraction& extraction, const Request& request, const Dat
     line("in the focus, " + std::visit(RegionText{}, request.focus[i].region), extraction.in_focus[i], "");
   for (std::size_t i = 0; i < extraction.at_values.size(); ++i)
     line("where " + values_text(request.values[i]), extraction.at_values[i], "");
-  if (extraction.in_view) line("in the view", *extraction.in_view, ", " + brief(extraction.pixels_in_view) + " pixels");
+  if (extraction.in_view)
+    line("in the view", *extraction.in_view, ", " + brief_up(extraction.pixels_in_view) + " pixels");
 }
 
 } // namespace
@@ -248,8 +249,9 @@ void print_text(const ExtractOutcome& outcome) {
     out << "  achieved  " << fields[i]->name << " within "
         << error_text(extraction.field_error[i], fields[i]->range, kOfRange);
     if (!extraction.rms_error.empty()) {
-      const std::string share_of_range = percent(extraction.rms_error[i], fields[i]->range);
-      out << ", RMS " << brief(extraction.rms_error[i]) << (share_of_range.empty() ? "" : " (" + share_of_range + ")");
+      const std::string share_of_range = percent_up(extraction.rms_error[i], fields[i]->range);
+      out << ", RMS " << brief_up(extraction.rms_error[i])
+          << (share_of_range.empty() ? "" : " (" + share_of_range + ")");
     }
     out << '\n';
   }

@@ -232,11 +232,11 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
     out << "  field     " << field.name << ": " << type_text(field.type, field.components);
     if (field.governing) {
       const double error = info.max_field_error[column];
-      out << ", range " << brief(field.range, 6) << ", error up to " << brief(error);
-      if (field.range > 0) out << " (" << percent(error, field.range) << ")";
+      out << ", range " << brief(field.range, 6) << ", error up to " << brief_up(error);
+      if (field.range > 0) out << " (" << percent_up(error, field.range) << ")";
       if (!info.base_rms_error.empty()) {
-        out << ", RMS of the base " << brief(info.base_rms_error[column]);
-        if (field.range > 0) out << " (" << percent(info.base_rms_error[column], field.range) << ")";
+        out << ", RMS of the base " << brief_up(info.base_rms_error[column]);
+        if (field.range > 0) out << " (" << percent_up(info.base_rms_error[column], field.range) << ")";
       }
       ++column;
     } else {
@@ -244,8 +244,8 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
     }
     out << '\n';
   }
-  out << "  domain    error up to " << brief(info.max_domain_error);
-  if (info.diagonal > 0) out << " (" << percent(info.max_domain_error, info.diagonal) << " of the diagonal)";
+  out << "  domain    error up to " << brief_up(info.max_domain_error);
+  if (info.diagonal > 0) out << " (" << percent_up(info.max_domain_error, info.diagonal) << " of the diagonal)";
   out << '\n';
   print_manifest(Json::parse(info.provenance_json), out);
   for (const Level& level : levels) {

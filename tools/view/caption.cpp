@@ -1,5 +1,7 @@
 #include "caption.hpp"
 
+#include "tools/brief_up.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -23,6 +25,11 @@ std::string grouped(std::uint64_t number) {
 
 std::string percent(double part, double whole) {
   return brief(whole > 0 ? 100 * part / whole : 0) + "%";
+}
+
+/// Of a bound: rounded up.
+std::string percent_up(double part, double whole) {
+  return brief_up(whole > 0 ? 100 * part / whole : 0, 3) + "%";
 }
 
 std::string milliseconds(double ms) {
@@ -57,8 +64,8 @@ std::string achieved(const DatasetInfo& info, const Settings& settings, const Fr
     name = field.name;
     if (is_colour) break;
   }
-  const std::string boundary = "boundary " + percent(frame.domain_error, info.diagonal) + " of the diagonal";
-  return name.empty() ? boundary : name + " " + percent(worst, 1) + " of its range,\n" + boundary;
+  const std::string boundary = "boundary " + percent_up(frame.domain_error, info.diagonal) + " of the diagonal";
+  return name.empty() ? boundary : name + " " + percent_up(worst, 1) + " of its range,\n" + boundary;
 }
 
 } // namespace
