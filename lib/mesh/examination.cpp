@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace ptet {
@@ -17,6 +18,8 @@ constexpr std::size_t kListedIds = 8;
 constexpr double kLargestCoordinate = 1e50;
 /// Below this extent, sixth powers of lengths vanish.
 constexpr double kSmallestExtent = 1e-50;
+/// Below this product of the sides of the box, determinants of tets need not be told from 0.
+constexpr double kSmallestBox = 1e-250;
 constexpr double kNearFlatShape = 1e-6;
 
 /// What a check has met: how often, and the first few ids.
@@ -123,19 +126,45 @@ private:
     return true;
   }
 
-  /// The longest side of the bounding box of all points.
-  [[nodiscard]] double extent() const {
-    double longest = 0;
+  void mark_referenced() {
+    referenced_.resize(out_.points.size());
+    for (const Tet& tet : mesh_.tets)
+      for (const VertexId v : tet)
+        if (v.index() < referenced_.size()) referenced_[v.index()] = 1;
+  }
+
+  /// The sides of the bounding box of the points in tets.
+  [[nodiscard]] std::array<double, 3> extent() const {
+    std::array<double, 3> sides{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto [low, high] = std::minmax_element(
-          out_.points.begin(), out_.points.end(), [axis](const Point& a, const Point& b) { return a[axis] < b[axis]; });
-      longest = std::max(longest, (*high)[axis] - (*low)[axis]);
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (std::size_t v = 0; v < out_.points.size(); ++v) {
+        if (!referenced_[v]) continue;
+        low = std::min(low, out_.points[v][axis]);
+        high = std::max(high, out_.points[v][axis]);
+      }
+      sides[axis] = std::max(0.0, high - low);
     }
-    return longest;
+    return sides;
+  }
+
+  void check_extent() {
+    const std::array<double, 3> sides = extent();
+    if (*std::max_element(sides.begin(), sides.end()) < kSmallestExtent) {
+      report_defect("tiny-extent", "the mesh's extent is below 1e-50 along every axis: ptet cannot compute with it, "
+                                   "choose a smaller unit of length");
+      return;
+    }
+    // A mesh in a plane of two axes has flat tets only, and no volumes to compute.
+    const bool has_volume = std::all_of(sides.begin(), sides.end(), [](double side) { return side > 0; });
+    if (has_volume && sides[0] * sides[1] * sides[2] < kSmallestBox)
+      report_defect("tiny-extent", "the sides of the mesh's bounding box have a product below 1e-250: ptet cannot "
+                                   "compute volumes in it, choose a smaller unit of length");
   }
 
   void check_points() {
     unsound_point_.resize(out_.points.size());
+    mark_referenced();
     Tally infinite, large;
     for (std::size_t v = 0; v < out_.points.size(); ++v) {
       const Point& p = out_.points[v];
@@ -148,10 +177,7 @@ private:
       }
       unsound_point_[v] = 1;
     }
-    if (infinite.count() == 0 && large.count() == 0 && !mesh_.tets.empty() && !out_.points.empty() &&
-        extent() < kSmallestExtent)
-      report_defect("tiny-extent", "the mesh's extent is below 1e-50 along every axis: ptet cannot compute with it, "
-                                   "choose a smaller unit of length");
+    if (infinite.count() == 0 && large.count() == 0 && !mesh_.tets.empty() && !out_.points.empty()) check_extent();
     report(infinite, "non-finite-positions", Severity::kError, "vertex whose position is not finite",
            "vertices whose positions are not finite", "ptet cannot build from this mesh");
     report(large, "huge-positions", Severity::kError, "vertex with a coordinate beyond 1e50",
@@ -160,15 +186,12 @@ private:
 
   void select_sound_tets() {
     if (mesh_.tets.empty()) report_defect("no-tets", "the mesh has no tets: there is nothing to build from");
-    referenced_.resize(out_.points.size());
     out_.tets.reserve(mesh_.tets.size());
     tet_ids_.reserve(mesh_.tets.size());
     Tally out_of_range, repeated;
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
       const Tet& tet = mesh_.tets[t];
       const auto in_range = [&](VertexId v) { return v.index() < out_.points.size(); };
-      for (const VertexId v : tet)
-        if (in_range(v)) referenced_[v.index()] = 1;
       if (!std::all_of(tet.begin(), tet.end(), in_range)) {
         out_of_range.add(t);
       } else if (tet[0] == tet[1] || tet[0] == tet[2] || tet[0] == tet[3] || tet[1] == tet[2] || tet[1] == tet[3] ||

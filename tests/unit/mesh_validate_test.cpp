@@ -263,3 +263,16 @@ TEST_CASE("a mesh too small to compute with, and one without any extent") {
     CHECK(report.first_error()->code == "tiny-extent");
   }
 }
+
+TEST_CASE("a mesh whose volumes would be lost, and one that only has a point far away") {
+  using Points = std::vector<Point>;
+  const auto first_error = [](const Points& points) {
+    const MeshReport report = validate(test::make_mesh(points, {{0, 1, 2, 3}}, ScalarType::kFloat64));
+    return report.first_error() == nullptr ? std::string("none") : report.first_error()->code;
+  };
+  CHECK(first_error({{0, 0, 0}, {1, 0, 0}, {0, 1e-155, 0}, {0, 0, 1e-155}}) == "tiny-extent");
+  CHECK(first_error({{0, 0, 0}, {1, 0, 0}, {0, 1e-100, 0}, {0, 0, 1e-100}}) == "none");
+  CHECK(first_error({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}) == "none"); // flat: no volume to lose
+  // The last point is in no tet.
+  CHECK(first_error({{0, 0, 0}, {1e-110, 0, 0}, {0, 1e-110, 0}, {0, 0, 1e-110}, {1, 1, 1}}) == "tiny-extent");
+}
