@@ -1,8 +1,9 @@
 #include "formats/ptet/stated_errors.hpp"
 
-#include "error/channels.hpp"
 #include "error/exact_field_error.hpp"
+#include "error/field_values.hpp"
 #include "error/surface_distance.hpp"
+#include "error/tolerances.hpp"
 #include "mesh/prepare.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
@@ -18,17 +19,12 @@
 namespace ptet::file {
 namespace {
 
-/// Measured errors up to this fraction of the range are rounding, as are distances up to the next of the diagonal.
-constexpr double kFieldRounding = 1e-13;
-constexpr double kDistanceRounding = 1e-12;
 /// Rounding of coordinates in a distance, against the largest of them.
 constexpr double kCoordinateRounding = 16 * std::numeric_limits<double>::epsilon();
-/// Rounding in the error of a flat version, for each time that its volume goes into the cube of its length, up to so
-/// large an error.
+/// Rounding in the integral of a flat version, for each time that its volume goes into the cube of its length, up to so
+/// large a part.
 constexpr double kFlatRounding = 16 * std::numeric_limits<double>::epsilon();
 constexpr double kMostFlatRounding = 1e-6;
-/// A measurement may be above the truth by such a part.
-constexpr double kRelative = 1e-9;
 /// Squared errors are differences of sums: by such a part of their terms they may be off, or of range^2 volume.
 constexpr double kSquaredRelative = 1e-7;
 constexpr double kSquaredRounding = 1e-20;
@@ -70,7 +66,7 @@ struct Measured {
   std::vector<double> rise;   ///< of the integral of the square, one a field, as is the next
   std::vector<double> terms;  ///< sum of the magnitudes that it is the difference of
   double distance = 0;        ///< of the faces to the original boundary: attained
-  double rounding = 0;        ///< of the errors
+  double rounding = 0;        ///< of the terms, relative
   std::uint64_t versions = 0;
 };
 
@@ -83,8 +79,8 @@ public:
       id_[prepared_.original_vertex[v].index()] = VertexId{v};
     for (std::uint32_t a = 0; a < header_.arrays.size(); ++a)
       if (header_.arrays[a].governing) add_field(a);
-    interleave();
-    exact_.emplace(prepared_, ChannelView{values_, field_of_.size(), field_of_});
+    values_ = FieldValues(prepared_.mesh, array_, range_, prepared_.used_vertex_count);
+    exact_.emplace(prepared_, values_.view());
   }
 
   [[nodiscard]] std::size_t field_count() const { return range_.size(); }
@@ -142,18 +138,6 @@ private:
   void add_field(std::uint32_t array) {
     range_.push_back(header_.arrays[array].range > 0 ? header_.arrays[array].range : 1);
     array_.push_back(array);
-    for (std::uint32_t c = 0; c < header_.arrays[array].components; ++c)
-      field_of_.push_back(range_.size() - 1);
-  }
-  /// Vertex x channel, in fractions of the ranges.
-  void interleave() {
-    values_.resize(prepared_.used_vertex_count * field_of_.size());
-    std::size_t channel = 0;
-    for (std::size_t f = 0; f < array_.size(); ++f) {
-      const PointArray& values = prepared_.mesh.point_arrays[array_[f]];
-      for (std::uint32_t c = 0; c < values.components; ++c, ++channel)
-        write_channel(values, c, prepared_.used_vertex_count, range_[f], values_.data() + channel, field_of_.size());
-    }
   }
   [[nodiscard]] Tet numbered(const Tet& tet) const {
     Tet result;
@@ -161,16 +145,16 @@ private:
       result[i] = id_[tet[i].index()];
     return result;
   }
-  /// Fractions of the range up to this are rounding in the error of a version: barycentric coordinates in a flat one
-  /// are quotients by its volume.
+  /// What rounding can make of a version's integral, relative: barycentric coordinates in a flat one are quotients by
+  /// its volume.
   [[nodiscard]] double rounding_of(const Tet& version) const {
     using namespace vec;
     const auto at = [&](std::size_t i) { return prepared_.points[id_[version[i].index()].index()]; };
     const Vec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
     const double length = norm(a) + norm(b) + norm(c);
     const double volume = std::abs(dot(a, cross(b, c)));
-    if (!(volume > 0)) return kFieldRounding;
-    return std::clamp(kFlatRounding * length * length * length / volume, kFieldRounding, kMostFlatRounding);
+    if (!(volume > 0)) return 0;
+    return std::min(kFlatRounding * length * length * length / volume, kMostFlatRounding);
   }
   /// Attained by a point of the face; looked for until it is clear that none is beyond `enough`.
   [[nodiscard]] double distance_of(const Tet& ghost, double enough) const {
@@ -186,10 +170,9 @@ private:
   PreparedMesh prepared_;
   std::vector<VertexId> id_; ///< of a vertex of the file in prepared_
   TriangleSurface boundary_;
-  std::vector<double> range_;         ///< by field
-  std::vector<std::uint32_t> array_;  ///< by field
-  std::vector<std::size_t> field_of_; ///< by channel
-  std::vector<double> values_;
+  std::vector<double> range_;        ///< by field
+  std::vector<std::uint32_t> array_; ///< by field
+  FieldValues values_;
   std::optional<ExactFieldError> exact_;
 };
 
@@ -211,7 +194,7 @@ public:
     const ErrorCode16* const own = content_.own.data() + r * codes;
     for (std::size_t f = 0; f + 1 < codes; ++f) {
       const double range = measurer_.range(f);
-      compare(r, f, measured.errors[f] * range, decode_error(own[f], range), measured.rounding * range,
+      compare(r, f, measured.errors[f] * range, decode_error(own[f], range), 0,
               "its error of '" + result_.errors[f].name + "' is above the stated one");
       if (reader_.header().has_squared_errors) compare_squares(r, f, measured);
     }
@@ -230,7 +213,7 @@ private:
                const std::string& what) {
     StatedError& error = result_.errors[i];
     error.most = std::max(error.most, measured);
-    if (measured <= std::max(stated * (1 + kRelative), stated + rounding)) return;
+    if (measured <= std::max(stated * (1 + kErrorSlack), stated + rounding)) return;
     ++error.above;
     error.most_above =
         std::max(error.most_above, stated > 0 ? measured / stated : std::numeric_limits<double>::infinity());

@@ -1,12 +1,12 @@
 #include "build/boundary_pieces.hpp"
 
+#include "error/tolerances.hpp"
+
 #include <algorithm>
 
 namespace ptet::build {
 namespace {
 
-/// Distances below this fraction of the diagonal are rounding.
-constexpr double kPieceRounding = 1e-12;
 /// What rounding can hide of a distance.
 constexpr double kSlack = 1e-9;
 /// One piece is not cut into more in one collapse; a triangle in so many pieces is not cut any more.
@@ -26,7 +26,7 @@ std::vector<Triangle> points_of(const std::vector<Point>& positions, std::span<c
 
 BoundaryPieces::BoundaryPieces(const std::vector<Point>& positions, std::span<const std::array<Vertex, 3>> triangles,
                                double diagonal)
-    : positions_(positions), original_(points_of(positions, triangles)), rounding_(kPieceRounding * diagonal) {}
+    : positions_(positions), original_(points_of(positions, triangles)), rounding_(kDistanceRounding * diagonal) {}
 
 void BoundaryPieces::add(std::uint32_t face, const std::array<Vertex, 3>& triangle) {
   if (faces_.size() <= face) faces_.resize(face + 1);

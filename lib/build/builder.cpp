@@ -42,6 +42,7 @@ public:
           const ProgressCallback& progress, const MeshScales* whole = nullptr, FieldSamples samples = {})
       : prepared_(prepared), options_(options), report_(report), progress_(progress), checkpoints_(options.checkpoint),
         fields_(prepared, options.fields, whole != nullptr ? &whole->field_range : nullptr) {
+    report.notes.insert(report.notes.end(), fields_.notes().begin(), fields_.notes().end());
     collapser_.emplace(prepared, fields_, whole, std::move(samples), options, records_);
     rounds_.emplace(*collapser_, options, round_state_, report);
     report.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] =

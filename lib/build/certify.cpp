@@ -1,5 +1,6 @@
 #include "build/certify.hpp"
 
+#include "error/tolerances.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
@@ -14,8 +15,6 @@
 namespace ptet::build {
 namespace {
 
-/// What rounding can hide of an error: a fraction of it.
-constexpr double kRelativeSlack = 1e-9;
 /// Records between two reports of progress.
 constexpr std::size_t kCertifyBatch = 1024;
 constexpr std::uint32_t kNoConsumer = std::numeric_limits<std::uint32_t>::max();
@@ -42,7 +41,7 @@ std::vector<std::uint32_t> consumers(const RecordStream& records) {
 } // namespace
 
 double certified(double measured) {
-  return measured > kRoundingSlack ? measured * (1 + kRelativeSlack) : 0;
+  return measured * (1 + kErrorSlack);
 }
 
 double volume_of(const PreparedMesh& prepared) {

@@ -13,10 +13,7 @@
 
 namespace ptet::build {
 
-/// Measured errors up to this fraction of the range are rounding.
-inline constexpr double kRoundingSlack = 1e-13;
-
-/// A measured error as a fraction of the range, with what rounding can hide of it.
+/// A measured error with what rounding can hide of it.
 [[nodiscard]] double certified(double measured);
 
 /// Of the original mesh.

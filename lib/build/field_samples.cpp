@@ -82,10 +82,11 @@ FieldSamples field_samples(std::span<const Tet> tets, const std::vector<Point>& 
       result.samples.push_back({static_cast<std::uint32_t>(t), weight});
       result.points.push_back(position);
       for (std::size_t c = 0; c < channels; ++c) {
-        double value = 0;
-        for (std::size_t k = 0; k < 4; ++k)
-          value += weight[k] * fields.at(corners[k])[c];
-        result.values.push_back(value);
+        const double first = fields.exact().at(corners[0])[c];
+        double more = 0; // without a common offset
+        for (std::size_t k = 1; k < 4; ++k)
+          more += weight[k] * (fields.exact().at(corners[k])[c] - first);
+        result.values.push_back(first + more);
       }
     }
   }

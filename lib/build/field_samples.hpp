@@ -26,7 +26,7 @@ struct Sample {
 struct FieldSamples {
   std::vector<Sample> samples; ///< ascending by tet
   std::vector<Point> points;   ///< by sample; to be put behind the vertices' positions
-  std::vector<double> values;  ///< sample x channel, scaled as NormalizedFields has them for vertices
+  std::vector<double> values;  ///< sample x channel, as NormalizedFields::exact() has them for vertices
 };
 
 /// How much the fields vary over a tet: the largest distance between the values of two corners, as a fraction of the

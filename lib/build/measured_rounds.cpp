@@ -180,8 +180,6 @@ void MeasuredRounds::measure_made() {
       const std::span<double> squared(slot_squared_.data() + made[i] * field_count_, field_count_);
       std::fill(errors.begin(), errors.end(), 0.0);
       exact.measure(complex_.tet_of(complex_.slot(made[i])), workspaces.local(), errors, squared);
-      for (std::size_t f = 0; f < field_count_; ++f)
-        if (certified(errors[f]) == 0) squared[f] = 0; // where there is no error the integral is rounding
     }
   });
 }

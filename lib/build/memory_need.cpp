@@ -113,7 +113,7 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   // A copy of the tets, the table of faces with what is sorted for it, marks; positions as doubles.
   need.prepare = whole(mesh + (16 + 5 + 16 + 48) * tets + (24 + 40) * vertices + 120 * faces);
 
-  const double prepared = mesh + (24 + 5 + 8 * channels) * vertices + 12 * faces;
+  const double prepared = mesh + (24 + 5 + 16 * channels) * vertices + 12 * faces;
   const double stream = 16 * versions + kListGrowth * (4 * consumed + (50 + 8 * fields * (is_exact ? 3 : 1)) * records);
   const double complex = 32 * slots + (12 + 24) * vertices + kPoolGrowth * (16 * tets + 12 * faces) +
                          (is_exact ? kSurfaceBound : kSurfaceSampled) * faces;

@@ -1,13 +1,17 @@
 #include "build/normalized_fields.hpp"
 
-#include "error/channels.hpp"
+#include "mesh/value_offset.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace ptet::build {
 namespace {
+
+/// A range so many times the distance between the quartiles is rather that of a fill value than that of the field.
+constexpr double kOddRange = 1e6;
 
 std::vector<std::uint32_t> governing_arrays(const TetMesh& mesh, const std::vector<std::string>& names) {
   std::vector<std::uint32_t> chosen;
@@ -33,23 +37,58 @@ std::vector<std::uint32_t> governing_arrays(const TetMesh& mesh, const std::vect
   return chosen;
 }
 
+/// Of one component over the used vertices.
+struct Spread {
+  double range = 0;
+  double between_quartiles = 0;
+};
+
+Spread spread_of(const PointArray& array, const PreparedMesh& prepared, std::uint32_t component) {
+  Spread spread;
+  std::vector<double> values(prepared.used_vertex_count);
+  if (values.empty()) return spread;
+  const ValueOffset offset(array, 0, component);
+  for (std::uint32_t v = 0; v < values.size(); ++v) {
+    values[v] = offset.value(array, v, component);
+    if (!std::isfinite(values[v]))
+      throw Error(ErrorCode::kBadInput, "field '" + array.name + "' is not finite at vertex " +
+                                            std::to_string(prepared.original_vertex[v].index()) +
+                                            ": leave it out of the governing fields by naming the "
+                                            "others, or mend it");
+  }
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  spread.range = *high - *low;
+  if (has_wide_integers(array) && spread.range >= kExactIntegers)
+    throw Error(ErrorCode::kBadInput, "the integers of field '" + array.name +
+                                          "' span 2^53 or more, its errors cannot be measured: leave it out of the "
+                                          "governing fields by naming the others, or give it as float64");
+  const auto quartile = [&](std::size_t quarters) {
+    const auto nth = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * quarters / 4);
+    std::nth_element(values.begin(), nth, values.end());
+    return *nth;
+  };
+  const double first = quartile(1);
+  spread.between_quartiles = quartile(3) - first;
+  return spread;
+}
+
+std::string short_number(double x) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", x);
+  return text.data();
+}
+
 /// Diagonal of the box of values over the used vertices; for one component the range.
-double range_of(const PointArray& array, const PreparedMesh& prepared) {
+double range_of(const PointArray& array, const PreparedMesh& prepared, std::vector<std::string>& notes) {
   double range = 0;
   for (std::uint32_t component = 0; component < array.components; ++component) {
-    double low = 0;
-    double high = 0;
-    for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v) {
-      const double value = array.value(v, component);
-      if (!std::isfinite(value))
-        throw Error(ErrorCode::kBadInput, "field '" + array.name + "' is not finite at vertex " +
-                                              std::to_string(prepared.original_vertex[v].index()) +
-                                              ": leave it out of the governing fields by naming the "
-                                              "others, or mend it");
-      low = v == 0 ? value : std::min(low, value);
-      high = v == 0 ? value : std::max(high, value);
-    }
-    range = std::hypot(range, high - low);
+    const Spread spread = spread_of(array, prepared, component);
+    range = std::hypot(range, spread.range);
+    if (spread.between_quartiles > 0 && spread.range > kOddRange * spread.between_quartiles)
+      notes.push_back("the values of '" + array.name + "' range over " + short_number(spread.range) +
+                      ", half of them within " + short_number(spread.between_quartiles) +
+                      ": if there are fill values among them, fractions of the range mean nothing; give errors in the "
+                      "units of the field, or replace these values");
   }
   if (!std::isfinite(range))
     throw Error(ErrorCode::kBadInput, "the range of field '" + array.name + "' passes what a double can hold");
@@ -63,19 +102,33 @@ NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vect
   const TetMesh& mesh = prepared.mesh;
   for (const std::uint32_t index : governing_arrays(mesh, names)) {
     const PointArray& array = mesh.point_arrays[index];
-    const double range = ranges != nullptr ? ranges->at(fields_.size()) : range_of(array, prepared);
+    const double range = ranges != nullptr ? ranges->at(fields_.size()) : range_of(array, prepared, notes_);
     // A constant field has no errors; any scale will do.
     fields_.push_back({index, range > 0 ? range : 1.0});
-    for (std::uint32_t component = 0; component < array.components; ++component)
-      channel_field_.push_back(fields_.size() - 1);
   }
-  const std::size_t channels = channel_field_.size();
+  std::vector<std::uint32_t> arrays;
+  std::vector<double> field_ranges;
+  for (const GoverningField& field : fields_) {
+    arrays.push_back(field.array);
+    field_ranges.push_back(field.range);
+  }
+  exact_ = FieldValues(mesh, arrays, field_ranges, prepared.used_vertex_count);
+  if (const std::size_t f = exact_.first_losing_digits(); f < fields_.size())
+    throw Error(ErrorCode::kBadInput, "the values of field '" + mesh.point_arrays[fields_[f].array].name +
+                                          "' range over " + short_number(fields_[f].range) +
+                                          ", and some are too small or too great beside that to be computed with: "
+                                          "take a common offset off, or replace fill values");
+  const std::size_t channels = channel_count();
   values_.resize(channels * prepared.used_vertex_count);
   std::size_t channel = 0;
   for (const GoverningField& field : fields_) {
     const PointArray& array = mesh.point_arrays[field.array];
-    for (std::uint32_t component = 0; component < array.components; ++component, ++channel)
-      write_channel(array, component, prepared.used_vertex_count, field.range, values_.data() + channel, channels);
+    for (std::uint32_t component = 0; component < array.components; ++component, ++channel) {
+      if (prepared.used_vertex_count == 0) continue;
+      const ValueOffset offset(array, 0, component);
+      for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)
+        values_[v * channels + channel] = offset.value(array, v, component) / field.range;
+    }
   }
 }
 

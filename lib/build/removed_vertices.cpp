@@ -1,10 +1,12 @@
 #include "build/removed_vertices.hpp"
 
 #include "error/closest_point.hpp"
+#include "error/tolerances.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <boost/geometry.hpp>
@@ -18,8 +20,6 @@ namespace {
 
 /// Barycentric coordinates above this count as inside: rounding at shared faces.
 constexpr double kInside = -1e-10;
-/// Errors below this fraction of the range are rounding.
-constexpr double kRounding = 1e-13;
 
 using IndexPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
 
@@ -85,16 +85,24 @@ double RemovedVertices::see_error(Vertex point, const Cell& cell, const std::arr
   const double* const f = values(point);
   std::array<const double*, 4> g{};
   for (std::size_t i = 0; i < 4; ++i)
-    g[i] = fields_.at(cell.v[i]);
+    g[i] = fields_.exact().at(cell.v[i]);
   double sum_sq = 0;
   double worst = 0;
   for (std::size_t c = 0; c < channels; ++c) {
-    const double value = weight[0] * g[0][c] + weight[1] * g[1][c] + weight[2] * g[2][c] + weight[3] * g[3][c];
-    sum_sq += (f[c] - value) * (f[c] - value);
+    const double own = f[c] - g[0][c]; // without a common offset
+    double value = 0;
+    double terms = std::abs(own);
+    for (std::size_t i = 1; i < 4; ++i) {
+      const double term = weight[i] * (g[i][c] - g[0][c]);
+      value += term;
+      terms += std::abs(term);
+    }
+    const double d = own - value;
+    if (!(std::abs(d) <= kValueRounding * terms)) sum_sq += d * d;
     if (!fields_.ends_field(c)) continue;
     const std::size_t field = fields_.field_of(c);
-    if (sum_sq < kRounding * kRounding) sum_sq = 0;
-    const double error = std::sqrt(sum_sq);
+    double error = std::sqrt(sum_sq) * fields_.exact().scale(field);
+    if (std::isnan(error)) error = std::numeric_limits<double>::infinity();
     errors[field] = std::max(errors[field], error);
     worst = std::max(worst, error);
     sum_sq = 0;

@@ -88,7 +88,7 @@ private:
     return point < positions_.size() ? positions_[point] : samples_.points[point - positions_.size()];
   }
   [[nodiscard]] const double* values(Vertex point) const {
-    return point < positions_.size() ? fields_.at(point)
+    return point < positions_.size() ? fields_.exact().at(point)
                                      : &samples_.values[(point - positions_.size()) * fields_.channel_count()];
   }
 

@@ -71,7 +71,6 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
     for (std::size_t f = 0; f < fields; ++f) {
       errors[f] = std::max(errors[f], certified(measured_[f]));
       if (errors[f] > limit[f]) whole = false;
-      if (squared != nullptr && certified(measured_[f]) == 0) squared[f] = 0; // without an error it is rounding
     }
     return whole;
   };
@@ -93,11 +92,8 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
   for (std::size_t i = 0; i < 4; ++i)
     version[i] = VertexId{fine.v[i] == check_.plan().vs ? check_.plan().vd : fine.v[i]};
   measured_.assign(fields, 0.0);
-  walk_limit_ = limit;
-  for (double& most : walk_limit_)
-    most = std::max(most, kRoundingSlack); // what is below counts as none
   const std::span<double> wanted(squared, squared != nullptr ? fields : 0);
-  const bool whole = exact_->measure(version, *workspace_, measured_, wanted, walk_limit_);
+  const bool whole = exact_->measure(version, *workspace_, measured_, wanted, limit);
   if (known_ != nullptr) {
     if (at == known_->keys.size()) {
       known_->keys.push_back({fine.version, check_.plan().vd, whole});

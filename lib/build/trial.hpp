@@ -82,7 +82,6 @@ private:
   std::vector<double> measured_;
   std::vector<Next> order_;
   KnownVersions* known_ = nullptr;
-  std::vector<double> walk_limit_;
 };
 
 } // namespace ptet::build

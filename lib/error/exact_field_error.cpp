@@ -2,6 +2,7 @@
 
 #include "error/box_tree.hpp"
 #include "error/star_cones.hpp"
+#include "error/tolerances.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace ptet {
 using namespace vec;
@@ -23,10 +25,10 @@ constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
 constexpr double kMostRounding = 1e-10;
 /// A part of so little of both tets is where they touch.
 constexpr double kTouching = 1e-27;
-/// So little of a face is where it touches.
-constexpr double kTouchingFace = 1e-12;
 /// Of the tets around a vertex all are looked at up to so many; beyond, those that a tree finds.
 constexpr std::uint32_t kLargeStar = 256;
+/// No difference but 0 is nearer to 0: its square is one that a double holds. Far below what an error code tells.
+constexpr double kLeastDifference = 1e-140;
 
 /// An original tet, as a walk wants it.
 struct Cell {
@@ -157,47 +159,6 @@ private:
   Use& use_;
 };
 
-/// A triangle clipped to the version: corners as weights of its own three.
-struct Polygon {
-  /// Seven, but where rounding makes a thin polygon cross a plane more than twice.
-  static constexpr std::size_t kMostCorners = 16;
-  std::array<Vec3, kMostCorners> corners;
-  std::size_t count;
-
-  /// As a fraction of the triangle's.
-  [[nodiscard]] double area() const {
-    double sum = 0;
-    for (std::size_t i = 2; i < count; ++i) {
-      const Vec3 p = corners[i - 1] - corners[0], q = corners[i] - corners[0];
-      sum += p[0] * q[1] - p[1] * q[0];
-    }
-    return std::abs(sum);
-  }
-
-  /// Keeps the part where a linear function, given at the triangle's corners, is not negative (Sutherland and Hodgman
-  /// 1974).
-  void clip(const Vec3& at_corners) {
-    std::array<Vec3, kMostCorners> kept;
-    std::array<double, kMostCorners> value;
-    bool all_inside = true;
-    for (std::size_t i = 0; i < count; ++i) {
-      value[i] = dot(at_corners, corners[i]);
-      all_inside &= value[i] >= 0;
-    }
-    if (all_inside) return;
-    std::size_t n = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t j = i + 1 == count ? 0 : i + 1;
-      if (value[i] >= 0) kept[n++] = corners[i];
-      if ((value[i] >= 0) == (value[j] >= 0)) continue;
-      const double s = value[i] / (value[i] - value[j]);
-      kept[n++] = (1 - s) * corners[i] + s * corners[j];
-    }
-    std::copy_n(kept.begin(), n, corners.begin());
-    count = n;
-  }
-};
-
 } // namespace
 
 struct ExactFieldError::Impl {
@@ -205,6 +166,8 @@ struct ExactFieldError::Impl {
     for (std::size_t i = 0; i < c.channels; ++i)
       ends_field.push_back(i + 1 == c.channels || c.field_of[i + 1] != c.field_of[i] ? 1 : 0);
     scalars = std::find(ends_field.begin(), ends_field.end(), 0) == ends_field.end();
+    for (std::size_t i = 0; i < c.channels; ++i)
+      if (ends_field[i] != 0) scale_sq.push_back(c.scale.empty() ? 1 : c.scale[c.field_of[i]] * c.scale[c.field_of[i]]);
     const std::vector<Tet>& tets = p.mesh.tets;
     const FaceTable faces = build_face_table(tets, p.used_vertex_count);
     std::vector<BoundingBox> boxes;
@@ -272,6 +235,7 @@ struct ExactFieldError::Impl {
   ChannelView channels;
   std::vector<char> ends_field;           ///< by channel: whether it is the last of its field
   bool scalars = true;                    ///< whether each is a field
+  std::vector<double> scale_sq;           ///< by field: the square of the scale of errors
   std::vector<Cell> cells;                ///< the original tets
   std::vector<std::uint32_t> star_begin;  ///< by vertex, into `star`
   std::vector<std::uint32_t> star;        ///< tets around each vertex, ascending
@@ -295,9 +259,8 @@ public:
   /// `squared` empty: not wanted. `limit` empty: none.
   Walk(const Impl& original, const Tet& version, Workspace& w, std::span<double> errors, std::span<double> squared,
        std::span<const double> limit)
-      : original_(original), channels_(original.channels.channels), version_{version[0].index(), version[1].index(),
-                                                                             version[2].index(), version[3].index()},
-        w_(w), errors_(errors), squared_(squared), limit_(limit) {}
+      : original_(original), channels_(original.channels.channels), version_(by_place(original, version)), w_(w),
+        errors_(errors), squared_(squared), limit_(limit) {}
 
   /// False when it was given up.
   bool run() {
@@ -333,6 +296,24 @@ private:
   [[nodiscard]] const double* difference(std::uint32_t row) const { return &w_.differences_[row * channels_]; }
   [[nodiscard]] const double* values(std::uint32_t v) const { return original_.channels.values.data() + v * channels_; }
 
+  /// The corners in the order of their places, but for the last two where that would turn the version round.
+  static std::array<std::uint32_t, 4> by_place(const Impl& original, const Tet& version) {
+    std::array<std::uint32_t, 4> v{version[0].index(), version[1].index(), version[2].index(), version[3].index()};
+    bool turned = false;
+    const auto order = [&](std::size_t i, std::size_t j) {
+      if (!(original.point(v[j]) < original.point(v[i]))) return;
+      std::swap(v[i], v[j]);
+      turned = !turned;
+    };
+    order(0, 1);
+    order(2, 3);
+    order(0, 2);
+    order(1, 3);
+    order(1, 2);
+    if (turned) std::swap(v[2], v[3]);
+    return v;
+  }
+
   /// False for a flat version.
   bool begin() {
     origin_ = original_.point(version_[0]);
@@ -354,8 +335,12 @@ private:
       std::fill(w_.tet_stamp_.begin(), w_.tet_stamp_.end(), 0);
       w_.stamp_ = 2;
     }
+    origin_values_ = values(version_[0]);
+    w_.edges_.clear();
+    for (std::size_t i = 1; i < 4; ++i)
+      for (std::size_t c = 0; c < channels_; ++c)
+        w_.edges_.push_back(values(version_[i])[c] - origin_values_[c]);
     for (std::uint32_t i = 0; i < 4; ++i) { // at its own corners the version is exact
-      values_[i] = values(version_[i]);
       w_.vertices_[version_[i]] = {w_.stamp_, i};
       Row& corner = w_.rows_.emplace_back();
       corner = {{}, static_cast<std::uint8_t>(0xF & ~(1U << i)), 0};
@@ -376,16 +361,16 @@ private:
   }
 
   void add_row(std::uint32_t v) {
-    const Vec3 d = original_.point(v) - origin_;
-    const double b1 = dot(plane_[0], d);
-    const double b2 = dot(plane_[1], d);
-    const double b3 = dot(plane_[2], d);
+    const Vec3 from_origin = original_.point(v) - origin_;
+    const double b1 = dot(plane_[0], from_origin);
+    const double b2 = dot(plane_[1], from_origin);
+    const double b3 = dot(plane_[2], from_origin);
     Row row{{1 - b1 - b2 - b3, b1, b2, b3}, 0, 0};
     const double* const at_v = values(v);
-    const auto b = row.barycentric;
     // What lies on a plane of the version is not to be seen within: it may belong to what is on its other side, as at a
     // crack, where the field has another value.
-    const double zero = std::min(kMostRounding, rounding_ * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2])));
+    const double zero = std::min(
+        kMostRounding, rounding_ * (std::abs(from_origin[0]) + std::abs(from_origin[1]) + std::abs(from_origin[2])));
     for (double& coordinate : row.barycentric)
       if (std::abs(coordinate) <= zero) coordinate = 0;
     row.beyond = static_cast<std::uint8_t>(not_positive(row.barycentric));
@@ -394,9 +379,27 @@ private:
     const std::size_t begin = w_.differences_.size();
     w_.differences_.resize(begin + channels_);
     double* const differences = w_.differences_.data() + begin;
-    for (std::size_t c = 0; c < channels_; ++c)
-      differences[c] =
-          at_v[c] - (b[0] * values_[0][c] + b[1] * values_[1][c] + b[2] * values_[2][c] + b[3] * values_[3][c]);
+    const double* const e1 = w_.edges_.data();
+    const double* const e2 = e1 + channels_;
+    const double* const e3 = e2 + channels_;
+    double sum = 0;
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const double own = at_v[c] - origin_values_[c];
+      const double t1 = b1 * e1[c];
+      const double t2 = b2 * e2[c];
+      const double t3 = b3 * e3[c];
+      const double d = own - (t1 + t2 + t3);
+      const double terms = std::abs(own) + std::abs(t1) + std::abs(t2) + std::abs(t3);
+      differences[c] = std::abs(d) <= kValueRounding * terms ? 0 : d + std::copysign(kLeastDifference, d);
+      sum += d;
+    }
+    if (!std::isfinite(sum)) fail();
+  }
+
+  /// What cannot be computed is as bad as can be.
+  void fail() {
+    std::fill(errors_.begin(), errors_.end(), std::numeric_limits<double>::infinity());
+    beyond_limit_ |= !limit_.empty();
   }
 
   /// Whether one plane of the version has all these corners of a tet on its outer side (or on it).
@@ -453,7 +456,6 @@ private:
       for (std::size_t k = 0; k < 4; ++k) {
         const auto& face = kOutwardFace[k];
         if ((beyond[face[0]] & beyond[face[1]] & beyond[face[2]]) != 0) continue;
-        if (flat) see_face({rows[face[0]], rows[face[1]], rows[face[2]]});
         const std::uint32_t other = cell.neighbor[k];
         if (other == kOutside || Impl::is_flat(original_.cells[other]) != flat) met_boundary_ = true;
         if (other != kOutside && w_.tet_stamp_[other] < queued()) push(other);
@@ -543,12 +545,22 @@ private:
       Clip<N, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
       if (only_touches(covered, volume)) return any;
     }
+    std::array<double, 4> corner_sq{};
+    double integral = 0;
     for (std::size_t c = 0; c < N; ++c) {
-      const std::size_t field = original_.channels.field_of[c];
-      if (ends_field[c] != 0) raise_error(field, seen.greatest_sq[c]);
-      if (!squared_.empty()) squared_[field] += seen.integral[c] / 20;
+      for (std::size_t k = 0; k < 4; ++k)
+        corner_sq[k] += d[k][c] * d[k][c];
+      integral += seen.integral[c];
+      if (ends_field[c] == 0) continue;
+      take_in(original_.channels.field_of[c], seen.greatest_sq[c], integral / 20, greatest(corner_sq));
+      corner_sq = {};
+      integral = 0;
     }
     return true;
+  }
+
+  static double greatest(const std::array<double, 4>& x) {
+    return std::max(std::max(x[0], x[1]), std::max(x[2], x[3]));
   }
 
   /// The same for any number of channels: what is carried are weights of the tet's corners.
@@ -563,10 +575,12 @@ private:
     bool any = false;
     double covered = 0;
     seen_sq_.assign(errors_.size(), 0.0);
+    integral_.assign(errors_.size(), 0.0);
     auto use = [&](const Corners<4>& piece, double part) {
       any = true;
       covered += part;
       std::array<double, 4> norm_sq{};
+      double integral = 0;
       for (std::size_t c = 0; c < channels_; ++c) {
         double sum = 0;
         double sum_sq = 0;
@@ -578,16 +592,26 @@ private:
           sum_sq += d * d;
           norm_sq[k] += d * d;
         }
-        const std::size_t field = original_.channels.field_of[c];
-        if (!squared_.empty()) squared_[field] += part / 20 * (sum * sum + sum_sq);
+        integral += part / 20 * (sum * sum + sum_sq);
         if (original_.ends_field[c] == 0) continue;
-        seen_sq_[field] = std::max(seen_sq_[field], *std::max_element(norm_sq.begin(), norm_sq.end()));
+        const std::size_t field = original_.channels.field_of[c];
+        if (!(greatest(norm_sq) <= seen_sq_[field])) seen_sq_[field] = greatest(norm_sq);
+        integral_[field] += integral;
         norm_sq = {};
+        integral = 0;
       }
     };
     Clip<4, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
-    for (std::size_t field = 0; field < seen_sq_.size() && !only_touches(covered, volume); ++field)
-      raise_error(field, seen_sq_[field]);
+    if (only_touches(covered, volume)) return any;
+    std::array<double, 4> corner_sq{};
+    for (std::size_t c = 0; c < channels_; ++c) {
+      for (std::size_t k = 0; k < 4; ++k)
+        corner_sq[k] += difference(rows[k])[c] * difference(rows[k])[c];
+      if (original_.ends_field[c] == 0) continue;
+      const std::size_t field = original_.channels.field_of[c];
+      take_in(field, seen_sq_[field], integral_[field], greatest(corner_sq));
+      corner_sq = {};
+    }
     return any;
   }
 
@@ -597,34 +621,22 @@ private:
     return !(covered > std::min(touching_, kTouching * volume));
   }
 
-  void raise_error(std::size_t field, double error_sq) {
-    if (!(error_sq > errors_[field] * errors_[field])) return;
-    errors_[field] = std::sqrt(error_sq);
-    beyond_limit_ |= !limit_.empty() && errors_[field] > limit_[field];
+  /// What was found on a part of an original tet, at the corners of which the squared error is up to `corner_sq`.
+  void take_in(std::size_t field, double error_sq, double integral, double corner_sq) {
+    if (error_sq <= kValueRounding * kValueRounding * corner_sq) return;
+    const double scale_sq = original_.scale_sq[field];
+    raise_error(field, error_sq * scale_sq);
+    if (!squared_.empty()) squared_[field] += integral * scale_sq;
   }
 
-  /// Raises the errors by those on the part of an original face in the version.
-  void see_face(const std::array<std::uint32_t, 3>& face) {
-    Polygon polygon{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, 3};
-    const Row& a = w_.rows_[face[0]];
-    const Row& b = w_.rows_[face[1]];
-    const Row& c = w_.rows_[face[2]];
-    for (std::size_t plane = 0; plane < 4; ++plane)
-      polygon.clip({a.barycentric[plane], b.barycentric[plane], c.barycentric[plane]});
-    if (!(polygon.area() > kTouchingFace)) return;
-    for (std::size_t i = 0; i < polygon.count; ++i) {
-      const Vec3& weight = polygon.corners[i];
-      double norm_sq = 0;
-      for (std::size_t channel = 0; channel < channels_; ++channel) {
-        const double d = weight[0] * difference(face[0])[channel] + weight[1] * difference(face[1])[channel] +
-                         weight[2] * difference(face[2])[channel];
-        norm_sq += d * d;
-        const std::size_t field = original_.channels.field_of[channel];
-        if (original_.ends_field[channel] == 0) continue;
-        raise_error(field, norm_sq);
-        norm_sq = 0;
-      }
+  void raise_error(std::size_t field, double error_sq) {
+    if (error_sq <= errors_[field] * errors_[field]) return;
+    if (std::isnan(error_sq)) {
+      fail();
+      return;
     }
+    errors_[field] = std::sqrt(error_sq);
+    beyond_limit_ |= !limit_.empty() && errors_[field] > limit_[field];
   }
 
   const Impl& original_;
@@ -636,11 +648,11 @@ private:
   std::span<const double> limit_;
   bool beyond_limit_ = false;
   Point origin_{};
-  std::array<const double*, 4> values_{}; ///< at the corners
-  std::array<Vec3, 3> plane_{};           ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
-  std::vector<double> seen_sq_;           ///< by field: of one tet
-  double touching_ = 0;                   ///< parts of no larger volume touch
-  double rounding_ = 0;                   ///< of these, for each unit of |p - origin|
+  const double* origin_values_ = nullptr;
+  std::array<Vec3, 3> plane_{};            ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
+  std::vector<double> seen_sq_, integral_; ///< by field: of one tet
+  double touching_ = 0;                    ///< parts of no larger volume touch
+  double rounding_ = 0;                    ///< of these, for each unit of |p - origin|
   std::size_t next_ = 0;
   bool met_boundary_ = false;
 };

@@ -8,7 +8,12 @@
 //
 //            integral of d^2 = volume / 20 ((d0 + d1 + d2 + d3)^2 + d0^2 + d1^2 + d2^2 + d3^2)
 //
-// A flat original tet has no part to integrate over, but its faces, clipped to t, may hold a maximum.
+// A flat original tet has no part in space: Phi is told by the tets with volume beside it, and the walk passes on
+// through it.
+//
+// A common offset of the values is taken out before anything is interpolated, and a difference that rounding may have
+// made is none (tolerances.hpp). The corners of t are taken in an order that depends on their places only, so that the
+// same tet, however numbered, is measured from the same differences.
 //
 // The original tets are found by walking from a corner of t, out of those that have a part in t, across faces that t
 // may meet; t is convex, so its parts hang together by faces as long as the domain does. Where the walk comes upon the
@@ -36,6 +41,8 @@ struct ChannelView {
   std::size_t channels = 0;
   /// By channel: the field it is a component of; ascending. A field's error is the Euclidean norm over its channels.
   std::span<const std::size_t> field_of;
+  /// By field: errors are told as so many times those of the values. Empty: 1 for all.
+  std::span<const double> scale = {};
 };
 
 class ExactFieldError {
@@ -66,16 +73,17 @@ public:
     std::vector<Mark> vertices_;      ///< by vertex: its row, where the stamp is that of the version
     std::vector<Row> rows_;           ///< of the vertices met, in the order of meeting them
     std::vector<double> differences_; ///< row x channel
+    std::vector<double> edges_;       ///< edge from corner 0 of the version x channel: the difference of the values
     std::vector<std::uint32_t> tet_stamp_;
     std::vector<std::uint32_t> queue_;
     std::vector<std::uint32_t> near_; ///< of a large star: the tets that may meet the version
     std::uint32_t stamp_ = 0;
   };
 
-  /// Raises `errors` (one a field) to the largest errors over `version` and the domain, in the units of the values.
-  /// Never below the truth by more than rounding (some 1e-15 of the largest difference met). A flat version has no
-  /// interior: nothing is raised.
-  /// Thread rule: const; one workspace a thread. Cost: the original tets that the version meets, some 0.1 us each.
+  /// Raises `errors` (one a field) to the largest errors over `version` and the domain, in the units of the values
+  /// times the scale. Never below the truth by more than rounding: kValueRounding of the values met, relative to one
+  /// another. Infinite where that cannot be computed. A flat version has no interior: nothing is raised. Thread rule:
+  /// const; one workspace a thread. Cost: the original tets that the version meets, some 0.1 us each.
   void measure(const Tet& version, Workspace& workspace, std::span<double> errors) const;
 
   /// The same, and adds to `squared` (one a field) the integrals of the squared error over `version` and the domain,

@@ -148,3 +148,81 @@ TEST_CASE("fields: a value that is not finite is refused by field and vertex of 
   set_double(mesh, "wind", 4, std::nan("")); // in no tet
   CHECK(refusal(mesh, {}) == "accepted");
 }
+
+TEST_CASE("fields: integers of 64 bits keep what a double does not hold", "[build][fields]") {
+  TetMesh mesh = tet_and_a_loose_vertex();
+  for (const ScalarType type : {ScalarType::kInt64, ScalarType::kUInt64})
+    for (const std::uint64_t base : {std::uint64_t{1} << 60U, std::uint64_t{1'700'000'000'000'000'000U}}) {
+      TetMesh with = mesh;
+      test::add_array(with, "n", type, 1, [](const Point&) { return std::vector<double>{0}; });
+      const std::array<std::uint64_t, 5> above = {0, 5, 6, 3, 154};
+      for (std::size_t v = 0; v < 5; ++v) {
+        const std::uint64_t value = base + above[v];
+        std::memcpy(with.point_arrays[0].bytes.data() + 8 * v, &value, 8);
+      }
+      const PreparedMesh prepared = prepare(with);
+      const NormalizedFields fields(prepared, {"n"});
+      CHECK(fields.fields()[0].range == 151);
+      for (std::uint32_t v = 0; v < 4; ++v) {
+        const auto expected = static_cast<double>(above[prepared.original_vertex[v].index()]) -
+                              static_cast<double>(above[prepared.original_vertex[0].index()]);
+        CHECK((fields.at(v)[0] - fields.at(0)[0]) * 151 == Approx(expected).margin(1e-9));
+        CHECK((fields.exact().at(v)[0] - fields.exact().at(0)[0]) * 128 == expected);
+      }
+    }
+}
+
+TEST_CASE("fields: integers further apart than a double can tell are refused", "[build][fields]") {
+  TetMesh mesh = tet_and_a_loose_vertex();
+  test::add_array(mesh, "n", ScalarType::kInt64, 1, [](const Point& p) { return std::vector<double>{p[0]}; });
+  const auto set = [&](std::size_t row, std::int64_t value) {
+    std::memcpy(mesh.point_arrays[0].bytes.data() + 8 * row, &value, 8);
+  };
+  const std::int64_t far = std::int64_t{1} << 53U;
+  set(0, std::numeric_limits<std::int64_t>::min()); // in no tet
+  set(1, -far / 2);
+  set(2, far / 2 - 1);
+  CHECK(refusal(mesh, {"n"}) == "accepted");
+  set(2, far / 2);
+  CHECK(holds(refusal(mesh, {"n"}), "input: "));
+  CHECK(holds(refusal(mesh, {"n"}), "'n' span 2^53"));
+  set(1, std::numeric_limits<std::int64_t>::min());
+  set(2, std::numeric_limits<std::int64_t>::max());
+  CHECK(holds(refusal(mesh, {"n"}), "'n' span 2^53"));
+}
+
+TEST_CASE("fields: values are kept to the last bit, in units of a power of two", "[build][fields]") {
+  TetMesh mesh = tet_and_a_loose_vertex();
+  test::add_array(mesh, "heat", ScalarType::kFloat64, 1,
+                  [](const Point& p) { return std::vector<double>{1e12 + p[0] / 3 + p[1] / 7}; });
+  const PreparedMesh prepared = prepare(mesh);
+  const NormalizedFields fields(prepared, {});
+  const double range = fields.fields()[0].range;
+  const double unit = std::exp2(std::floor(std::log2(range)));
+  CHECK(fields.exact().scale(0) == unit / range);
+  for (std::uint32_t v = 0; v < 4; ++v)
+    CHECK(fields.exact().at(v)[0] * unit == prepared.mesh.point_arrays[0].value(v, 0));
+}
+
+TEST_CASE("fields: fill values are spoken of, and refused where they drown all else", "[build][fields]") {
+  TetMesh mesh = test::grid({{3, 3, 3}, {}, 0, 1});
+  mesh.point_arrays.clear();
+  test::add_array(mesh, "heat", ScalarType::kFloat64, 1, [](const Point& p) { return std::vector<double>{p[0] + 3}; });
+  CHECK(NormalizedFields(prepare(mesh), {}).notes().empty());
+  set_double(mesh, "heat", 5, 1e20);
+  const std::vector<std::string> notes = NormalizedFields(prepare(mesh), {}).notes();
+  REQUIRE(notes.size() == 1);
+  CHECK(holds(notes[0], "'heat' range over 1e+20"));
+  CHECK(holds(notes[0], "fill values"));
+  CHECK(refusal(mesh, {}) == "accepted");
+  set_double(mesh, "heat", 6, 1e-300);
+  CHECK(refusal(mesh, {}) == "accepted"); // as good as 0
+  set_double(mesh, "heat", 5, 1.7e308);
+  CHECK(holds(refusal(mesh, {}), "input: the values of field 'heat' range over 1.7e+308"));
+  // A component beside which the others are nothing.
+  TetMesh far = tet_and_a_loose_vertex();
+  test::add_array(far, "wind", ScalarType::kFloat64, 2, [](const Point& p) {
+    return std::vector<double>{1e300, 1e-10 * p[0]};
+  });
+  CHECK(holds(refusal(far, {}), "input: the values of field 'wind' range over 1e-10"));
+}

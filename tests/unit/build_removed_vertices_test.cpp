@@ -77,6 +77,24 @@ TEST_CASE("removed: what lies on the linear field has no error", "[build][remove
   CHECK(h.collapse(f, 6, 0) == 0);
 }
 
+TEST_CASE("removed: an error is seen beside a fill value and on top of an offset", "[build][removed]") {
+  for (const double fill : {1e20, -9.96921e36}) {
+    Fixture f = octahedron();
+    // On the axis 0 1, half way: (1 + 3) / 2, but it was 10. A vertex far away has the fill value.
+    f.points.push_back({9, 9, 9});
+    Holding h(f.points, scalars({1, 3, 5, 6, 2, 4, 10, fill}));
+    CHECK(h.collapse(f, 6, 0) * h.fields.fields()[0].range == Approx(8).epsilon(1e-12));
+  }
+  Fixture f = octahedron();
+  std::vector<double> values;
+  for (const Point& p : f.points)
+    values.push_back(0x1p50 + 8 * p[0] - 4 * p[1] + 2 * p[2]);
+  values[6] += 0.25;
+  Holding h(f.points, scalars(values));
+  CHECK(h.fields.fields()[0].range == 16);
+  CHECK(h.collapse(f, 6, 0) == 0.25 / 16);
+}
+
 TEST_CASE("removed: vectors are compared by Euclidean distance", "[build][removed]") {
   Fixture f = octahedron();
   // Off by (3, 4) at the centre, in a box of values with a diagonal of 5.

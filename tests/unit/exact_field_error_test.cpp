@@ -232,36 +232,115 @@ TEST_CASE("the integral over a version inside of one original tet") {
   CHECK(measured.integral == Approx(1.0 / 60).epsilon(1e-14));
 }
 
-TEST_CASE("a flat original tet has errors where two of its edges cross") {
-  // Two tets over the halves of a square, on either side of its diagonal x, on which the field is 0. Below them, on the
-  // boundary, the square as a flat tet: on its diagonal y the field is 1. The version is small and around the middle.
-  std::vector<Point> points = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
-  std::vector<std::array<std::uint32_t, 4>> tets = {{0, 1, 2, 4}, {0, 2, 3, 4}, {0, 1, 2, 3}};
-  const std::vector<Point> corners = {{0, 0, 0.125}, {0.25, 0, -0.125}, {-0.25, 0.25, -0.125}, {-0.25, -0.25, -0.125}};
-  std::array<std::uint32_t, 4> version{};
-  for (std::size_t i = 0; i < 4; ++i) { // tets of value 0 outside of the version bring its corners
-    const auto first = static_cast<std::uint32_t>(points.size());
-    version[i] = first;
-    points.push_back(corners[i]);
-    for (std::size_t j = 0; j < 4; ++j) {
-      if (j == i) continue;
-      Point away{};
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        away[axis] = corners[i][axis] - (corners[j][axis] - corners[i][axis]) / 4;
-      points.push_back(away);
-    }
-    tets.push_back(i % 2 == 0 ? std::array{first, first + 1, first + 2, first + 3}
-                              : std::array{first, first + 2, first + 1, first + 3});
+TEST_CASE("what a flat original tet says lies in no space") {
+  // Two tets over the halves of a quadrangle, on either side of its diagonal 0 2, on which the field is 0. Below them,
+  // on the boundary, the quadrangle as a flat tet: on its diagonal 1 3 the field is 1.
+  std::mt19937_64 random(1);
+  const auto near = [&](double x) { return x + static_cast<double>(random() % 100) / 1000; };
+  for (int tries = 0; tries < 20; ++tries) {
+    const TetMesh mesh = test::make_mesh({{near(1), near(0), 0.1},
+                                          {near(0), near(1), 0.1},
+                                          {near(-1), near(0), 0.1},
+                                          {near(0), near(-1), 0.1},
+                                          {near(0), near(0), 0.9}},
+                                         {{0, 1, 2, 4}, {0, 2, 3, 4}, {0, 2, 1, 3}}, ScalarType::kFloat64);
+    const Original original(mesh, {0, 1, 0, 1, 0});
+    std::array<std::uint32_t, 4> version = {0, 1, 2, 4};
+    do {
+      const Measured measured = original.measure(version);
+      CHECK(measured.largest == 0);
+      CHECK(measured.integral == 0);
+    } while (std::next_permutation(version.begin(), version.end()));
   }
-  TetMesh mesh = test::make_mesh(points, tets);
+}
+
+TEST_CASE("the field on either side of a flat original tet") {
+  // The square between an upper pyramid, divided along x, and a lower one, divided along y, with a flat tet in between.
+  const std::vector<Point> points = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  TetMesh mesh = test::make_mesh(points, {{0, 1, 2, 4}, {0, 2, 3, 4}, {0, 1, 2, 3}, {0, 3, 1, 5}, {1, 3, 2, 5}});
   for (Tet& tet : mesh.tets)
     if (orientation(mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]), mesh.position(tet[3])) < 0)
       std::swap(tet[2], tet[3]);
-  std::vector<double> value(points.size(), 0.0);
-  value[1] = value[3] = 1;
-  CHECK(Original(mesh, value).measure(version).largest == Approx(1).epsilon(1e-14));
-  mesh.tets.erase(mesh.tets.begin() + 2); // y and less of it, without the flat tet
-  CHECK(Original(mesh, value).measure(version).largest < 0.25);
+  // The version is y. So is the field above; below it is 1 - x + z, and 1 more than y at the middle of the square: a
+  // hat over the tet between that and the corners 0, 1 and 5, of the volume V = 1 / 6, the square of which has V / 10.
+  const Measured quarter = Original(mesh, {0, 1, 0, 1, 0, 0}).measure({4, 0, 1, 5});
+  CHECK(quarter.largest == Approx(1).epsilon(1e-14));
+  CHECK(quarter.integral == Approx(1.0 / 60).epsilon(1e-14));
+}
+
+TEST_CASE("an error is none where rounding makes it, whatever is elsewhere in the mesh or added to the field") {
+  // The middle of an edge is taken out of two tets as above: the difference is `own` there. A third tet, which shares
+  // one face with the version, goes to a vertex with a fill value.
+  const TetMesh mesh = test::make_mesh({{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 0.3, 0.1}},
+                                       {{0, 4, 2, 3}, {4, 1, 2, 3}, {5, 0, 2, 3}});
+  for (const double fill : {0.0, 1e20, -9.96921e36, 1.7e308})
+    for (const double unit : {1.0, 1e-20}) {
+      INFO("fill " << fill << " unit " << unit);
+      const double own = (5 + 1e-3) * unit - 5 * unit;
+      const Original original(mesh, {5 * unit, 5 * unit, 5 * unit, 5 * unit, 5 * unit + own, fill});
+      for (const std::array<std::uint32_t, 4> version : {std::array<std::uint32_t, 4>{0, 1, 2, 3}, {3, 2, 1, 0}}) {
+        const Measured measured = original.measure(version);
+        CHECK(measured.largest == Approx(own).epsilon(1e-12));
+        CHECK(measured.integral == Approx(own * own * 2.0 / 6 / 10).epsilon(1e-12));
+      }
+    }
+  // A field that is linear but for rounding has no error; one that is off by 1e-12 of its values has.
+  const auto with = [&](double off) {
+    return Original(mesh, {0.1, 0.7, 0.1, 0.1, 0.4 + off, 0}).measure({0, 1, 2, 3});
+  };
+  REQUIRE(0.4 - 0.1 != (0.7 - 0.1) / 2); // it is not linear to the last bit
+  CHECK(with(0).largest == 0);
+  CHECK(with(0).integral == 0);
+  CHECK(with(1e-11).largest == Approx(1e-11).epsilon(1e-3));
+}
+
+TEST_CASE("a common offset of the values loses none of the error") {
+  // Values that are sums without rounding: multiples of 2^-9 on top of 2^40. A grid cell's diagonal as one version's
+  // edge.
+  const auto field = [](double x, double y, double z) { return x * x / 8 - y * z / 4 + x * y * z / 16; };
+  const RegularGrid plain(3, field);
+  const RegularGrid high(3, [&](double x, double y, double z) { return 0x1p40 + field(x, y, z); });
+  for (const bool mirrored : {false, true}) {
+    const Measured expected = plain.measure_cube(mirrored);
+    const Measured found = high.measure_cube(mirrored);
+    REQUIRE(expected.largest > 0.1);
+    CHECK(found.largest == expected.largest);
+    CHECK(found.integral == expected.integral);
+  }
+}
+
+TEST_CASE("a version's error does not depend on how its corners are numbered, to the last bit") {
+  const PreparedMesh prepared = prepare(test::grid({{3, 3, 3}, {}, 3, 1}));
+  std::mt19937_64 random(7);
+  std::vector<double> values(prepared.used_vertex_count);
+  for (double& value : values)
+    value = static_cast<double>(random() % 1000);
+  const std::size_t none = 0;
+  const ExactFieldError exact(prepared, {values, 1, {&none, 1}});
+  ExactFieldError::Workspace workspace(exact);
+  for (int tries = 0; tries < 50; ++tries) {
+    Tet version{};
+    for (VertexId& v : version)
+      v = VertexId{static_cast<std::uint32_t>(random() % prepared.used_vertex_count)};
+    const auto at = [&](std::size_t i) { return prepared.points[version[i].index()]; };
+    std::sort(version.begin(), version.end());
+    std::vector<double> found;
+    do {
+      if (orientation(at(0), at(1), at(2), at(3)) <= 0) continue;
+      double error = 0;
+      exact.measure(version, workspace, {&error, 1});
+      found.push_back(error);
+    } while (std::next_permutation(version.begin(), version.end()));
+    for (const double error : found)
+      CHECK(error == found[0]);
+  }
+}
+
+TEST_CASE("what cannot be computed is infinite") {
+  const TetMesh mesh =
+      test::make_mesh({{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}}, {{0, 4, 2, 3}, {4, 1, 2, 3}});
+  const Measured measured = Original(mesh, {1.7e308, -1.7e308, 5, 5, 6}).measure({0, 1, 2, 3});
+  CHECK(std::isinf(measured.largest));
 }
 
 TEST_CASE("across a crack the field is not looked at") {

@@ -1,0 +1,15 @@
+// What counts as rounding where errors are measured. Who states errors and who checks them must agree on it.
+#pragma once
+
+namespace ptet {
+
+/// A difference of field values up to this part of the values that it is the difference of is rounding. These are
+/// relative to a corner of the tet looked at: no common offset is in them, and no value elsewhere in the mesh. So is
+/// the error on a part of an original tet up to this part of the differences at that tet's corners.
+inline constexpr double kValueRounding = 1e-13;
+/// Distances up to this fraction of the mesh's diagonal are rounding.
+inline constexpr double kDistanceRounding = 1e-12;
+/// A measured error may be off by this fraction of it.
+inline constexpr double kErrorSlack = 1e-9;
+
+} // namespace ptet
