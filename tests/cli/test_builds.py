@@ -291,6 +291,24 @@ class Measure(Case):
         self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "e.vtu", "--samples", 9, says="--errors")
         self.assertEqual(self.files(), ["coarse.vtu", "errors.vtu", "fine.vtu"])
 
+    def test_integers_beyond_what_a_double_holds_are_compared_as_integers(self):
+        points, tets = meshes.grid(3)
+        for vtk_type, base in (("Int64", 2**60), ("UInt64", 2**63 + 2**60), ("Int64", 1_700_000_000 * 10**9)):
+            values = [base + round(50 * x * x + 20 * y * z) for x, y, z in points]
+            meshes.vtu(self.folder / "ids.vtu", points, tets, {"n": (vtk_type, values)})
+            values[21] += 7
+            meshes.vtu(self.folder / "off.vtu", points, tets, {"n": (vtk_type, values)})
+            field = self.json("measure", "ids.vtu", "off.vtu", "--field", "n")["inside"]["fields"]["n"]
+            self.assertAlmostEqual(field["max"], 7)
+            self.ptet("build", "ids.vtu", "-o", "ids.ptet", "--quiet")
+            self.ptet("extract", "ids.ptet", "-o", "cut.vtu", "--field-error", "0")
+            field = self.json("measure", "ids.vtu", "cut.vtu", "--field", "n")["inside"]["fields"]["n"]
+            self.assertLess(field["max"], 1e-9)
+        values[21] += 2**53
+        meshes.vtu(self.folder / "off.vtu", points, tets, {"n": (vtk_type, values)})
+        self.refused(3, "measure", "ids.vtu", "off.vtu", "--field", "n", says="2^53")
+        self.refused(3, "build", "off.vtu", "-o", "off.ptet", says="2^53")
+
     def test_what_cannot_be_compared(self):
         self.cube("fine.vtu", 2, self.quadratic)
         self.cube("far.vtu", 2, self.quadratic, origin=(3.0, 0.0, 0.0))

@@ -9,6 +9,7 @@
 #include "formats/vtk/read.hpp"
 #include "formats/vtk/write.hpp"
 #include "mesh/examination.hpp"
+#include "mesh/value_offset.hpp"
 #include "ptet/validate.hpp"
 
 #include <algorithm>
@@ -160,15 +161,34 @@ std::string unusable(const Side& side, const PointArray& array) {
   return {};
 }
 
+/// Of the first vertex in a tet. A field that is compared has one row for each vertex.
+ValueOffset offset_of(const Side& original, const PointArray& array, std::uint32_t component) {
+  const auto& used = original.found.links.used;
+  const auto first = static_cast<std::size_t>(std::find(used.begin(), used.end(), 1) - used.begin());
+  return {array, first < array.size() ? first : 0, component};
+}
+
+/// Whether integers are further apart than a double can tell them.
+bool spans_too_much(const Side& original, const Side& side, const PointArray& of_original, const PointArray& array) {
+  if (!has_wide_integers(array)) return false;
+  for (std::uint32_t i = 0; i < array.components; ++i) {
+    const ValueOffset offset = offset_of(original, of_original, i);
+    for (std::uint32_t v = 0; v < array.size(); ++v)
+      if (side.found.links.used[v] && std::abs(offset.value(array, v, i)) >= kExactIntegers) return true;
+  }
+  return false;
+}
+
 /// Largest minus least value; for vectors the diagonal of the box of values. Over vertices in tets.
 double range_of(const Side& side, const PointArray& array) {
   double range = 0;
   for (std::uint32_t i = 0; i < array.components; ++i) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
+    const ValueOffset offset = offset_of(side, array, i);
     for (std::uint32_t v = 0; v < array.size(); ++v) {
       if (!side.found.links.used[v]) continue;
-      low = std::min(low, array.value(v, i));
-      high = std::max(high, array.value(v, i));
+      low = std::min(low, offset.value(array, v, i));
+      high = std::max(high, offset.value(array, v, i));
     }
     range = std::hypot(range, high - low);
   }
@@ -204,8 +224,11 @@ std::vector<Field> choose_fields(const std::vector<std::string>& names, const Si
     if (a.components != b.components)
       return "has " + std::to_string(a.components) + " components in '" + original.path + "' and " +
              std::to_string(b.components) + " in '" + simplified.path + "'";
-    const std::string why = unusable(original, a);
-    return why.empty() ? unusable(simplified, b) : why;
+    std::string why = unusable(original, a);
+    if (why.empty()) why = unusable(simplified, b);
+    if (why.empty() && (spans_too_much(original, original, a, a) || spans_too_much(original, simplified, a, b)))
+      why = "has integers that are 2^53 or more apart, which cannot be compared";
+    return why;
   };
   for (const std::string& text : names) {
     const auto [name, other] = names_in(text, original);
@@ -230,17 +253,23 @@ std::vector<Field> choose_fields(const std::vector<std::string>& names, const Si
   return fields;
 }
 
-/// Vertex x channel.
-std::vector<double> values_of(const TetMesh& mesh, const std::vector<Field>& fields, std::string Field::*name) {
-  std::vector<const PointArray*> arrays;
-  arrays.reserve(fields.size());
+/// Vertex x channel; of integers of 64 bits what they are above those of one vertex of the original.
+std::vector<double> values_of(const TetMesh& mesh, const Side& original, const std::vector<Field>& fields,
+                              std::string Field::*name) {
+  struct Channel {
+    const PointArray* array;
+    std::uint32_t component;
+    ValueOffset offset;
+  };
+  std::vector<Channel> channels;
   for (const Field& field : fields)
-    arrays.push_back(mesh.find(field.*name));
+    for (std::uint32_t i = 0; i < field.components; ++i)
+      channels.push_back({mesh.find(field.*name), i, offset_of(original, *original.mesh.find(field.name), i)});
   std::vector<double> values;
+  values.reserve(mesh.vertex_count() * channels.size());
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
-    for (const PointArray* array : arrays)
-      for (std::uint32_t i = 0; i < array->components; ++i)
-        values.push_back(array->value(v, i));
+    for (const Channel& channel : channels)
+      values.push_back(channel.offset.value(*channel.array, v, channel.component));
   return values;
 }
 
@@ -248,8 +277,9 @@ std::vector<double> values_of(const TetMesh& mesh, const std::vector<Field>& fie
 
 void measure_fields(const Wishes& wishes, Outcome& outcome, const ProgressCallback& progress) {
   const auto& [original, simplified] = std::tie(outcome.original, outcome.simplified);
-  const std::vector<double> values = values_of(original.mesh, outcome.fields, &Field::name);
-  const std::vector<double> other_values = values_of(simplified.mesh, outcome.fields, &Field::simplified_name);
+  const std::vector<double> values = values_of(original.mesh, original, outcome.fields, &Field::name);
+  const std::vector<double> other_values =
+      values_of(simplified.mesh, original, outcome.fields, &Field::simplified_name);
   std::vector<std::uint32_t> components;
   for (const Field& field : outcome.fields)
     components.push_back(field.components);
