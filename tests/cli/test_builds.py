@@ -255,6 +255,22 @@ class Measure(Case):
             self.assertGreaterEqual(bounds["upper"], 0.25 - 1e-12)
             self.assertLessEqual(bounds["upper"], 1.0101 * bounds["lower"])
 
+    def test_rms_over_the_original(self):
+        """The RMS that a file states is over the original's volume, that of the overlap is larger."""
+        self.cube("fine.vtu", 4, self.quadratic)
+        self.cube("shifted.vtu", 4, self.quadratic, origin=(0.375, 0.0, 0.0))
+        report = self.json("measure", "fine.vtu", "shifted.vtu", "--field", "q")
+        self.assertAlmostEqual(report["overlap"]["volume"], 0.625, delta=1e-12)
+        inside = report["inside"]["fields"]["q"]
+        self.assertGreater(inside["rms"], 0)
+        for key in ["rms", "rms_percent"]:
+            over_original = inside[key.replace("rms", "rms_over_original")]
+            self.assertAlmostEqual(over_original, 0.625 ** 0.5 * inside[key], delta=1e-12)
+        text = self.ptet("measure", "fine.vtu", "shifted.vtu", "--field", "q").stdout
+        self.assertIn("over the volume of the original", text)
+        text = self.ptet("measure", "fine.vtu", "fine.vtu", "--field", "q").stdout
+        self.assertNotIn("over the volume of the original", text)
+
     def test_defects_are_counted(self):
         self.cube("fine.vtu", 2, self.quadratic)
         self.cube("turned.vtu", 2, self.quadratic, turned=[3, 5])

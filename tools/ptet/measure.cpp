@@ -403,6 +403,12 @@ Json to_json(const FieldDifference& difference, double range) {
           {"rms_percent", percent_json(rms, range)}};
 }
 
+/// The root of the integral over where both meshes are, divided by the volume of the original instead of that of the
+/// overlap, as .ptet files state it.
+double rms_over_original(const Outcome& outcome, const FieldDifference& inside) {
+  return std::sqrt(inside.mean_square * outcome.inside.volume / outcome.original.volume);
+}
+
 Json to_json(const DistanceBounds& bounds, double diagonal) {
   return {{"lower", bounds.lower},
           {"upper", bounds.upper},
@@ -431,7 +437,11 @@ void print_json(const Outcome& outcome, const std::optional<std::string>& errors
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
     const auto& [name, simplified_name, components, range] = outcome.fields[f];
     json["ranges"][name] = range;
-    json["inside"]["fields"][name] = to_json(outcome.inside.fields[f], range);
+    Json& inside = json["inside"]["fields"][name];
+    inside = to_json(outcome.inside.fields[f], range);
+    const double rms = rms_over_original(outcome, outcome.inside.fields[f]);
+    inside["rms_over_original"] = rms;
+    inside["rms_over_original_percent"] = percent_json(rms, range);
     if (outcome.outside.vertices + outcome.outside.points > 0)
       json["outside"]["fields"][name] = to_json(outcome.outside.fields[f], range);
   }
@@ -473,16 +483,20 @@ void print_validity(const Outcome& outcome) {
 }
 
 void print_fields(const Outcome& outcome) {
-  const auto line = [](const char* label, const FieldDifference& difference, double range) {
+  const auto line = [](const char* label, const FieldDifference& difference, double range, const std::string& more) {
     std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at)
-              << ", RMS " << with_percent(std::sqrt(difference.mean_square), range) << '\n';
+              << ", RMS " << with_percent(std::sqrt(difference.mean_square), range) << more << '\n';
   };
   const OutsideDifference& outside = outcome.outside;
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
     const auto& [name, simplified_name, components, range] = outcome.fields[f];
     std::cout << "  field       " << name << ", range " << brief(range) << '\n';
-    line("    inside    ", outcome.inside.fields[f], range);
-    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range);
+    const FieldDifference& inside = outcome.inside.fields[f];
+    // Said where it is another number.
+    const std::string over_original = with_percent(rms_over_original(outcome, inside), range);
+    const bool is_same = over_original == with_percent(std::sqrt(inside.mean_square), range);
+    line("    inside    ", inside, range, is_same ? "" : ", " + over_original + " over the volume of the original");
+    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range, "");
   }
   std::cout << "  inside      "
             << (outcome.samples ? "sampled: " + counted(outcome.inside.points, "point") : std::string("exact")) << '\n';
@@ -565,6 +579,8 @@ with ORIGINAL. The difference of a field is the Euclidean norm over its componen
 inside    where the two domains overlap: exact by clipping tets against tets, or with --samples at random points spread
           over the volume (then the maximum is a lower bound). Where tets overlap others of their own mesh, every pair
           counts.
+          The RMS is over what overlaps; that which a .ptet file states is the same integral over the volume of ORIGINAL
+          ("rms_over_original"), which is less where SIMPLIFIED does not reach.
 outside   the rest of ORIGINAL's domain, against the value at the closest point of SIMPLIFIED. Always sampled: the
           vertices of ORIGINAL that lie there, and 50,000 random points (with --samples: those of the N that fall there).
           The RMS is over the points.
@@ -577,7 +593,8 @@ validity  tets whose orientation or shape is wrong (exact), what is no manifold,
 greatest difference over what SIMPLIFIED covers of it (NaN where that is nothing).
 
 --json prints {"original", "simplified": {"volume", "validity": {"valid", ...}}, "overlap", "inside", "outside":
-{"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent"}}}, "ranges", "hausdorff", "notes", "seconds"}.
+{"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent", inside "rms_over_original" and its "_percent",
+too}}}, "ranges", "hausdorff", "notes", "seconds"}.
 )";
 
 } // namespace
