@@ -292,6 +292,11 @@ class Measure(Case):
         self.assertFalse(any("intersects itself" in note for note in report["notes"]))
         report = self.json("measure", "crossed.vtu", "fine.vtu")
         self.assertTrue(any("intersects itself" in note for note in report["notes"]))
+        folded = [(0.9, 0.3, 0.3) if tuple(p) == (0.5, 0.5, 0.5) else p for p in points]
+        meshes.vtu(self.folder / "folded.vtu", folded, tets)
+        report = self.json("measure", "folded.vtu", "fine.vtu")
+        self.assertEqual(report["original"]["validity"]["boundary_self_intersections"], 0)
+        self.assertTrue(any("folded over one another" in note for note in report["notes"]))
 
     def test_errors_as_a_mesh(self):
         self.cube("fine.vtu", 4, self.quadratic)

@@ -137,9 +137,11 @@ void note_convention(const Side& side, std::vector<std::string>& notes) {
 
 /// Says so where the field of the original has several values at one place.
 void note_overlaps(const Side& original, std::vector<std::string>& notes) {
-  if (original.boundary_intersections == 0) return;
-  notes.push_back("the boundary of '" + original.path +
-                  "' intersects itself: where its tets overlap, their values differ among themselves, and that counts "
+  const bool crosses = original.boundary_intersections > 0;
+  if (!crosses && count_of(original.report, "folded-faces") == 0) return;
+  notes.push_back((crosses ? "the boundary of '" + original.path + "' intersects itself"
+                           : "tets of '" + original.path + "' are folded over one another") +
+                  ": where its tets overlap, their values differ among themselves, and that counts "
                   "as an error here; the errors that a .ptet file states do not hold it");
 }
 
