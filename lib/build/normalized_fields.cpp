@@ -10,6 +10,10 @@
 namespace ptet::build {
 namespace {
 
+/// Values that are so many times their spread away from 0 count from the least of them, which is exact there: products
+/// of them, as quadrics have, would lose the digits of their differences.
+constexpr double kFar = 16;
+
 /// A range so many times the distance between the quartiles is rather that of a fill value than that of the field.
 constexpr double kOddRange = 1e6;
 
@@ -126,8 +130,17 @@ NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vect
     for (std::uint32_t component = 0; component < array.components; ++component, ++channel) {
       if (prepared.used_vertex_count == 0) continue;
       const ValueOffset offset(array, 0, component);
-      for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)
-        values_[v * channels + channel] = offset.value(array, v, component) / field.range;
+      double low = offset.value(array, 0, component), high = low;
+      for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v) {
+        const double value = values_[v * channels + channel] = offset.value(array, v, component);
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+      const double origin = std::min(std::abs(low), std::abs(high)) >= kFar * (high - low) ? low : 0;
+      for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v) {
+        double& value = values_[v * channels + channel];
+        value = (value - origin) / field.range;
+      }
     }
   }
 }

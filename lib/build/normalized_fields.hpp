@@ -35,7 +35,7 @@ public:
   [[nodiscard]] ChannelView view() const { return exact_.view(); }
   /// The values as errors are measured with them, in their own units.
   [[nodiscard]] const FieldValues& exact() const { return exact_; }
-  /// The channels of vertex `v`, rounded fractions of the ranges.
+  /// The channels of vertex `v`, rounded fractions of the ranges; those far from 0 count from the least of them.
   [[nodiscard]] const double* at(std::uint32_t v) const { return values_.data() + v * channel_count(); }
   /// What is odd about the values, in words; none where `ranges` were given.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }

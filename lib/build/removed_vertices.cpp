@@ -76,7 +76,10 @@ void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Verte
   const Vec3 n1 = cross(e2, e3);
   const double det = dot(e1, n1);
   cell.flat = !(det > 0) || !std::isfinite(1 / det);
-  if (!cell.flat) cell.row = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
+  if (cell.flat) return;
+  const double shape = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
+  cell.rounding = {shape / norm(e1), shape / norm(e2), shape / norm(e3)};
+  cell.row = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
 }
 
 double RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
@@ -86,19 +89,24 @@ double RemovedVertices::see_error(Vertex point, const Cell& cell, const std::arr
   std::array<const double*, 4> g{};
   for (std::size_t i = 0; i < 4; ++i)
     g[i] = fields_.exact().at(cell.v[i]);
+  const double length = norm(position(point) - cell.x[0]);
+  std::array<double, 3> rounding{};
+  for (std::size_t i = 0; i < 3; ++i)
+    rounding[i] = kValueRounding * std::abs(weight[i + 1]) +
+                  cell.rounding[i] * (length + std::abs(weight[i + 1]) * norm(cell.x[i + 1] - cell.x[0]));
   double sum_sq = 0;
   double worst = 0;
   for (std::size_t c = 0; c < channels; ++c) {
     const double own = f[c] - g[0][c]; // without a common offset
     double value = 0;
-    double terms = std::abs(own);
+    double most = kValueRounding * std::abs(own);
     for (std::size_t i = 1; i < 4; ++i) {
-      const double term = weight[i] * (g[i][c] - g[0][c]);
-      value += term;
-      terms += std::abs(term);
+      const double edge = g[i][c] - g[0][c];
+      value += weight[i] * edge;
+      most += rounding[i - 1] * std::abs(edge);
     }
     const double d = own - value;
-    if (!(std::abs(d) <= kValueRounding * terms)) sum_sq += d * d;
+    if (!(std::abs(d) <= most)) sum_sq += d * d;
     if (!fields_.ends_field(c)) continue;
     const std::size_t field = fields_.field_of(c);
     double error = std::sqrt(sum_sq) * fields_.exact().scale(field);

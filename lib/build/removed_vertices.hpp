@@ -49,6 +49,7 @@ public:
       std::array<Vertex, 4> v;
       std::array<Point, 4> x;
       std::array<std::array<double, 3>, 3> row; ///< barycentrics 1..3 of p: row . (p - x[0])
+      std::array<double, 3> rounding{};         ///< of a barycentric 1..3, per length; see kShapeRounding
       double worst = 0;                         ///< error of any field at what it holds, unless that lies outside
       bool flat = false;
     };

@@ -323,6 +323,8 @@ private:
     const Vec3 n1 = cross(e2, e3);
     const double det = dot(e1, n1);
     if (!(det > 0) || !std::isfinite(1 / det)) return false;
+    shape_rounding_ = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
+    per_length_ = {1 / norm(e1), 1 / norm(e2), 1 / norm(e3)};
     plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
     touching_ = kTouching * det / 6;
     rounding_ = kRounding / det * std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
@@ -382,6 +384,13 @@ private:
     const double* const e1 = w_.edges_.data();
     const double* const e2 = e1 + channels_;
     const double* const e3 = e2 + channels_;
+    const double length = norm(from_origin);
+    const auto rounding = [&](double b, std::size_t i) {
+      return kValueRounding * std::abs(b) + shape_rounding_ * (length * per_length_[i] + std::abs(b));
+    };
+    const double r1 = rounding(b1, 0);
+    const double r2 = rounding(b2, 1);
+    const double r3 = rounding(b3, 2);
     double sum = 0;
     for (std::size_t c = 0; c < channels_; ++c) {
       const double own = at_v[c] - origin_values_[c];
@@ -389,8 +398,9 @@ private:
       const double t2 = b2 * e2[c];
       const double t3 = b3 * e3[c];
       const double d = own - (t1 + t2 + t3);
-      const double terms = std::abs(own) + std::abs(t1) + std::abs(t2) + std::abs(t3);
-      differences[c] = std::abs(d) <= kValueRounding * terms ? 0 : d + std::copysign(kLeastDifference, d);
+      const double most =
+          kValueRounding * std::abs(own) + r1 * std::abs(e1[c]) + r2 * std::abs(e2[c]) + r3 * std::abs(e3[c]);
+      differences[c] = std::abs(d) <= most ? 0 : d + std::copysign(kLeastDifference, d);
       sum += d;
     }
     if (!std::isfinite(sum)) fail();
@@ -649,6 +659,8 @@ private:
   bool beyond_limit_ = false;
   Point origin_{};
   const double* origin_values_ = nullptr;
+  double shape_rounding_ = 0;
+  Vec3 per_length_{};                      ///< of the edges from corner 0
   std::array<Vec3, 3> plane_{};            ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
   std::vector<double> seen_sq_, integral_; ///< by field: of one tet
   double touching_ = 0;                    ///< parts of no larger volume touch

@@ -7,6 +7,9 @@ namespace ptet {
 /// relative to a corner of the tet looked at: no common offset is in them, and no value elsewhere in the mesh. So is
 /// the error on a part of an original tet up to this part of the differences at that tet's corners.
 inline constexpr double kValueRounding = 1e-13;
+/// Barycentric coordinates in a tet with the edges a, b, c from corner 0 are off by up to this, times |a| |b| |c| /
+/// det, times themselves and the distance to corner 0 in lengths of the edge: so much of a difference is rounding, too.
+inline constexpr double kShapeRounding = 0x1p-49;
 /// Distances up to this fraction of the mesh's diagonal are rounding.
 inline constexpr double kDistanceRounding = 1e-12;
 /// A measured error may be off by this fraction of it.

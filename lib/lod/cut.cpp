@@ -79,8 +79,8 @@ private:
       is_time_up_ = true; // what was not read for that is not missing
       return;
     }
-    for (std::size_t b = 0; b < set.size(); ++b)
-      if (wanted[b] != set[b]) cut_.missing[b] = 1;
+    for (std::size_t b = 0; b < set.size(); ++b) // what failed once may be there the next time
+      if (wanted[b] != 0) cut_.missing[b] = set[b] == 0 ? 1 : 0;
   }
   /// When to wait no longer for a thread that loads. All of the file is read whatever the time.
   [[nodiscard]] std::optional<Clock::time_point> until() const {

@@ -15,7 +15,7 @@ namespace ptet {
 inline constexpr double kExactIntegers = 0x1p53;
 
 template <class T>
-inline constexpr bool is_wide_integer = std::is_integral_v<T> && sizeof(T) == 8;
+inline constexpr bool kIsWideInteger = std::is_integral_v<T> && sizeof(T) == 8;
 
 [[nodiscard]] inline bool has_wide_integers(const PointArray& array) {
   return array.type == ScalarType::kInt64 || array.type == ScalarType::kUInt64;
@@ -27,7 +27,7 @@ public:
   /// `array` has that row.
   ValueOffset(const PointArray& array, std::size_t row, std::uint32_t component) {
     dispatch(array.type, [&]<class T>(T) {
-      if constexpr (is_wide_integer<T>) {
+      if constexpr (kIsWideInteger<T>) {
         const T value = load<T>(array.bytes.data() + (row * array.components + component) * sizeof(T));
         is_negative_ = std::cmp_less(value, 0);
         bits_ = static_cast<std::uint64_t>(value);
@@ -39,7 +39,7 @@ public:
   [[nodiscard]] double value(const PointArray& array, std::size_t row, std::uint32_t component) const {
     return dispatch(array.type, [&]<class T>(T) {
       const T value = load<T>(array.bytes.data() + (row * array.components + component) * sizeof(T));
-      if constexpr (is_wide_integer<T>) {
+      if constexpr (kIsWideInteger<T>) {
         return is_negative_ ? difference(value, static_cast<std::int64_t>(bits_)) : difference(value, bits_);
       } else {
         return static_cast<double>(value) -

@@ -1,6 +1,5 @@
 #include "scene.hpp"
 
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
