@@ -318,6 +318,27 @@ TEST_CASE("every read fails in turn: opening is refused, answers are coarser, an
   CHECK(opened > 1);
 }
 
+// With a time to keep blocks are read one after the other, with what they need: what failed once may be had the next
+// time.
+TEST_CASE("what is missing in the end is told, and nothing else") {
+  const Sample& s = sample();
+  std::size_t complete = 0;
+  for (std::uint64_t failing = 1, count = failing; count >= failing; ++failing) {
+    count = 0;
+    const auto source = std::make_shared<FailingSource>(s.bytes);
+    const auto dataset = Dataset::open(source);
+    source->set([&count, failing](std::uint64_t, std::uint64_t) { return ++count == failing; });
+    Request request = s.requests[failing % s.requests.size()];
+    request.max_milliseconds = 1e6;
+    const Extraction extraction = dataset->extract(request);
+    CHECK(extraction.complete == extraction.failures.empty());
+    if (!extraction.complete) continue;
+    CHECK(same_mesh(extraction, s.answers[failing % s.requests.size()]));
+    complete += count >= failing ? 1 : 0;
+  }
+  CHECK(complete > 0);
+}
+
 TEST_CASE("ranges that cannot be read cost what needs them, and no more") {
   const Sample& s = sample();
   for (std::uint32_t b = 0; b < s.blocks.size(); ++b) {
