@@ -113,10 +113,16 @@ Json achieved_json(const Extraction& extraction, const DatasetInfo& info) {
   return achieved;
 }
 
+std::string with_share(const std::string& number, const std::string& share, const char* of) {
+  return number + (share.empty() ? "" : " (" + share + " of " + of + ")");
+}
 /// "0.0123 (1% of its range)", rounded up.
 std::string error_text(double error, double scale, const char* of) {
-  const std::string share = percent_up(error, scale);
-  return brief_up(error) + (share.empty() ? "" : " (" + share + " of " + of + ")");
+  return with_share(brief_up(error), percent_up(error, scale), of);
+}
+/// The same of what was asked, as near as it gets.
+std::string asked_text(double bound, double scale, const char* of) {
+  return with_share(brief(bound), percent(bound, scale), of);
 }
 
 constexpr const char* kOfRange = "its range";
@@ -140,10 +146,10 @@ void print_asked(const Request& request, const DatasetInfo& info) {
   };
   for (const FieldBound& bound : request.field_error) {
     const double range = field_named(info, bound.field).range;
-    line(bound.field + " within " + error_text(bound.bound.absolute(range), range, kOfRange));
+    line(bound.field + " within " + asked_text(bound.bound.absolute(range), range, kOfRange));
   }
   if (request.domain_error) {
-    line("domain within " + error_text(request.domain_error->absolute(info.diagonal), info.diagonal, kOfDiagonal));
+    line("domain within " + asked_text(request.domain_error->absolute(info.diagonal), info.diagonal, kOfDiagonal));
   }
   if (const auto& view = request.view) {
     line("domain within " + brief(view->max_pixels) + " pixels" + " in the view from " + to_text(view->eye) +
