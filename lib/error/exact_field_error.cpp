@@ -20,11 +20,11 @@ constexpr std::uint32_t kOutside = 0xffffffffU;
 /// So many channels go through the clipping themselves. Of more, what goes through it are weights of the tet's corners.
 constexpr std::size_t kMostCarried = 8;
 /// What rounding can make of a zero among barycentric coordinates, against the lengths and the volume they come from;
-/// in versions so flat that it would be more than kMostRounding it is taken for no more.
-constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
-constexpr double kMostRounding = 1e-10;
+/// in versions so flat that it would be more than kMostPlaneRounding it is taken for no more.
+constexpr double kPlaneRounding = 64 * std::numeric_limits<double>::epsilon();
+constexpr double kMostPlaneRounding = 1e-10;
 /// A part of so little of both tets is where they touch.
-constexpr double kTouching = 1e-27;
+constexpr double kTouchingPart = 1e-27;
 /// Of the tets around a vertex all are looked at up to so many; beyond, those that a tree finds.
 constexpr std::uint32_t kLargeStar = 256;
 /// No difference but 0 is nearer to 0: its square is one that a double holds. Far below what an error code tells.
@@ -326,8 +326,8 @@ private:
     shape_rounding_ = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
     per_length_ = {1 / norm(e1), 1 / norm(e2), 1 / norm(e3)};
     plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
-    touching_ = kTouching * det / 6;
-    rounding_ = kRounding / det * std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
+    touching_ = kTouchingPart * det / 6;
+    rounding_ = kPlaneRounding / det * std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
     w_.queue_.clear();
     w_.rows_.clear();
     w_.differences_.clear();
@@ -371,8 +371,8 @@ private:
     const double* const at_v = values(v);
     // What lies on a plane of the version is not to be seen within: it may belong to what is on its other side, as at a
     // crack, where the field has another value.
-    const double zero = std::min(
-        kMostRounding, rounding_ * (std::abs(from_origin[0]) + std::abs(from_origin[1]) + std::abs(from_origin[2])));
+    const double zero = std::min(kMostPlaneRounding, rounding_ * (std::abs(from_origin[0]) + std::abs(from_origin[1]) +
+                                                                  std::abs(from_origin[2])));
     for (double& coordinate : row.barycentric)
       if (std::abs(coordinate) <= zero) coordinate = 0;
     row.beyond = static_cast<std::uint8_t>(not_positive(row.barycentric));
@@ -628,7 +628,7 @@ private:
   /// Whether a part of an original tet has no volume but what rounding gave it. What touches from outside, as across a
   /// crack, may have another value there; what hangs together by faces is seen in a part with a volume.
   [[nodiscard]] bool only_touches(double covered, double volume) const {
-    return !(covered > std::min(touching_, kTouching * volume));
+    return !(covered > std::min(touching_, kTouchingPart * volume));
   }
 
   /// What was found on a part of an original tet, at the corners of which the squared error is up to `corner_sq`.
