@@ -57,15 +57,15 @@ void check_netcdf(const Source& source, const Assembler& assembler) {
 
 /// Says what of an open file's parts does not come through: which element blocks there were, and all sets.
 void note_parts(int file, const ex_init_params& sizes, const std::vector<std::int64_t>& blocks, ReadReport& report) {
-  constexpr std::size_t kMostNames = 8;
+  constexpr std::size_t kMostBlockNames = 8;
   if (blocks.size() > 1) {
     std::string names;
-    for (std::size_t i = 0; i < std::min(blocks.size(), kMostNames); ++i) {
+    for (std::size_t i = 0; i < std::min(blocks.size(), kMostBlockNames); ++i) {
       std::array<char, 256> name{}; // a name is up to 32 characters where nobody asks for more
       if (ex_get_name(file, EX_ELEM_BLOCK, blocks[i], name.data()) < 0) name[0] = '\0';
       names += (i == 0 ? "" : ", ") + (name[0] != '\0' ? std::string(name.data()) : std::to_string(blocks[i]));
     }
-    if (blocks.size() > kMostNames) names += ", ...";
+    if (blocks.size() > kMostBlockNames) names += ", ...";
     report.notes.push_back(grouped(blocks.size()) + " element blocks (" + names +
                            ") are joined; which cell was in which is not carried");
   }
