@@ -5,6 +5,7 @@
 It is also an example of how a script uses the reader.
 """
 import argparse
+import decimal
 import math
 import pathlib
 import sys
@@ -122,7 +123,8 @@ def main():
               if name.startswith("error of ")]
     lines = [f"{grid.GetNumberOfCells():,} of {scalar(grid, 'tets of the original').ToLong():,} tetrahedra, "
              "the original ones in the blue box"]
-    lines += [f"{name}: at most {scalar(grid, name).ToDouble():.3g}" for name in errors]
+    up = decimal.Context(prec=3, rounding=decimal.ROUND_CEILING)
+    lines += [f"{name}: at most {float(up.create_decimal(repr(scalar(grid, name).ToDouble()))):.3g}" for name in errors]
     text = simple.Show(simple.Text(Text="\n".join(lines)), view)
     text.Color, text.FontSize, text.Justification = INK, 20, "Left"
     text.WindowLocation = "Upper Left Corner"

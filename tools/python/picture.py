@@ -8,6 +8,7 @@ a display run it under xvfb-run. Needs VTK's Python modules (Debian: python3-vtk
 """
 
 import argparse
+import decimal
 import json
 import os
 import sys
@@ -188,6 +189,12 @@ def count(number):
     return f"{number:,}".replace(",", " ")
 
 
+def bound(error):
+    """In four digits, and never below it."""
+    up = decimal.Context(prec=4, rounding=decimal.ROUND_CEILING)
+    return f"{float(up.create_decimal(repr(error))):.4g}"
+
+
 def read_report(path, field):
     """A line on what was achieved, from what `ptet extract --json` printed."""
     try:
@@ -197,8 +204,8 @@ def read_report(path, field):
         domain = achieved["domain_error"]
     except (OSError, ValueError, KeyError) as problem:
         fail(f"{path} is no report of ptet extract --json: {problem!r}")
-    about_field = f"field error of {field}: {error:.4g}, " if error is not None else ""
-    return f"{about_field}domain error: {domain:.4g}"
+    about_field = f"field error of {field}: {bound(error)}, " if error is not None else ""
+    return f"{about_field}domain error: {bound(domain)}"
 
 
 def panel(whole, shown, title, report, field, colours, box, edge_width):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -138,7 +139,9 @@ class Extraction:
         return _exchange.to_meshio(self)
 
     def __repr__(self) -> str:
-        errors = ", ".join(f"{name} within {error:.4g}" for name, error in self.field_error.items())
+        up = decimal.Context(prec=4, rounding=decimal.ROUND_CEILING)
+        errors = ", ".join(f"{name} within {float(up.create_decimal(repr(error))):.4g}"
+                           for name, error in self.field_error.items())
         return (f"<ptet.Extraction: {len(self.points)} vertices, {len(self.tets)} tets, "
                 f"{errors + ', ' if errors else ''}limited by {self.limited_by}"
                 f"{'' if self.complete else ', not complete'}>")
