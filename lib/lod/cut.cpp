@@ -89,10 +89,6 @@ private:
     return begin_ + std::chrono::duration_cast<Clock::duration>(
                         std::chrono::duration<double>(std::min(*request_.budgets.max_seconds, kMost)));
   }
-  static void restrict(BlockSet& set, const BlockSet& to) {
-    for (std::size_t b = 0; b < set.size(); ++b)
-      set[b] = static_cast<char>(set[b] & to[b]);
-  }
 
   // ---- time ----
 
@@ -208,7 +204,7 @@ private:
           for (std::size_t b = 0; b < blocks_.size(); ++b)
             if (cut_.read[b] != 0 && content().block_loaded[b] == 0) cut_.missing[b] = 1;
         }
-        restrict(cut_.read, content().block_loaded);
+        intersect(cut_.read, content().block_loaded);
         return;
       }
       expected *= 2;

@@ -159,7 +159,6 @@ void Dataset::wait_until_loaded(const ProgressCallback& progress) const {
 }
 
 std::uint64_t Dataset::bytes_read() const {
-  const auto lock = impl_->hierarchy.lock();
   return impl_->hierarchy.bytes_read();
 }
 

@@ -34,9 +34,8 @@ BlockDemand of_block(const WantNear& want, const file::BlockInfo& block) {
   return exceeds_at(block.max_own.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
 }
 
-/// Whether a version, or one within the hull of the corners, may have an error that passes its limit.
+/// With a camera: whether a version, or one within the hull of the corners, may have an error that passes its limit.
 bool may_exceed(const ErrorCode16* codes, const WantBounded& want, std::span<const Point> corners, bool has_face) {
-  if (!want.camera) return want.limits.empty() || exceeds(codes, want.limits);
   const Camera& camera = *want.camera;
   const bool is_seen = camera.meets(corners);
   const CodeLimits& limits = is_seen ? want.limits : want.limits_unseen;
@@ -60,8 +59,9 @@ bool may_exceed_somewhere(const ErrorCode16* codes, const WantBounded& want, boo
 BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
   const auto* const codes = want.is_plain() ? block.max_error.data() : block.max_own.data();
   if (!may_exceed_somewhere(codes, want, true)) return BlockDemand::kNone;
-  const auto corners = box_corners(block.box_min, block.box_max);
-  return may_exceed(codes, want, corners, true) ? BlockDemand::kSome : BlockDemand::kNone;
+  if (want.camera && !may_exceed(codes, want, box_corners(block.box_min, block.box_max), true))
+    return BlockDemand::kNone;
+  return BlockDemand::kSome;
 }
 
 // ---- by the record ----

@@ -17,6 +17,10 @@ class Hierarchy {
 public:
   explicit Hierarchy(std::shared_ptr<ByteSource> source, const OpenOptions& options = {});
 
+  // Of the source so far; no lock needed.
+  [[nodiscard]] std::uint64_t bytes_read() const { return reader_.bytes_read(); }
+  [[nodiscard]] std::uint64_t read_requests() const { return reader_.requests(); }
+
   // Never changes; no lock needed.
   [[nodiscard]] const file::Header& header() const { return reader_.header(); }
   [[nodiscard]] const file::Manifest& manifest() const { return reader_.manifest(); }
@@ -42,8 +46,6 @@ public:
   /// Hold it to look at what follows.
   [[nodiscard]] std::shared_lock<std::shared_mutex> lock() const { return loader_.lock(); }
   [[nodiscard]] const file::Content& content() const { return content_; }
-  [[nodiscard]] std::uint64_t bytes_read() const { return reader_.bytes_read(); }
-  [[nodiscard]] std::uint64_t read_requests() const { return reader_.requests(); }
   [[nodiscard]] Point position(VertexId v) const;
   /// Bounding box of the star of the record's vertex; of a loaded record.
   [[nodiscard]] std::pair<Point, Point> star_box(RecordId r) const;
