@@ -220,8 +220,15 @@ Budgets budgets(const Request& request) {
 } // namespace
 
 ErrorCode16 limit_of(double bound, double scale) {
-  const ErrorCode16 code = encode_error(bound, scale);
-  return code > 0 && decode_error(code, scale) > bound ? static_cast<ErrorCode16>(code - 1) : code;
+  ErrorCode16 least = 0, most = kMaxErrorCode;
+  while (least < most) {
+    const auto middle = static_cast<ErrorCode16>(least + (most - least + 1) / 2);
+    if (decode_error(middle, scale) <= bound)
+      least = middle;
+    else
+      most = static_cast<ErrorCode16>(middle - 1);
+  }
+  return least;
 }
 
 ResolvedRequest resolve(const Request& request, const file::Header& header) {

@@ -224,6 +224,12 @@ TEST_CASE("request: the limit is the largest code within the bound") {
   CHECK(limit_of(0, 1) == 0);
   CHECK(limit_of(decode_error(700, 0.3), 0.3) == 700);
   CHECK(limit_of(1, 0) == kMaxErrorCode);
+  CHECK(limit_of(0, 0) == kMaxErrorCode); // all codes stand for 0
+  CHECK(limit_of(-0.0, -0.0) == kMaxErrorCode);
+  // Where the scale is so small that codes share a value, all of them are within it.
+  const ErrorCode16 least = limit_of(0, 0x1p-1070);
+  CHECK(decode_error(least, 0x1p-1070) == 0);
+  CHECK(decode_error(static_cast<ErrorCode16>(least + 1), 0x1p-1070) > 0);
 }
 
 TEST_CASE("dataset: a source that is none, or that does not know its size, is refused with the library's own error") {
