@@ -1,5 +1,6 @@
 #include "error/exact_field_error.hpp"
 
+#include "error/barycentric.hpp"
 #include "error/box_tree.hpp"
 #include "error/star_cones.hpp"
 #include "error/tolerances.hpp"
@@ -46,21 +47,24 @@ constexpr std::array<std::uint32_t, 16> kByPlane = [] {
   return bytes;
 }();
 
-[[nodiscard]] unsigned negative(const std::array<double, 4>& b) {
-  return static_cast<unsigned>(b[0] < 0) | static_cast<unsigned>(b[1] < 0) << 1U |
-         static_cast<unsigned>(b[2] < 0) << 2U | static_cast<unsigned>(b[3] < 0) << 3U;
-}
-[[nodiscard]] unsigned not_positive(const std::array<double, 4>& b) {
-  return static_cast<unsigned>(b[0] <= 0) | static_cast<unsigned>(b[1] <= 0) << 1U |
-         static_cast<unsigned>(b[2] <= 0) << 2U | static_cast<unsigned>(b[3] <= 0) << 3U;
-}
+/// By the set of corners of a tet that lie beyond a plane: all of them, those inside first.
+constexpr std::array<std::array<std::uint8_t, 4>, 16> kInsideFirst = [] {
+  std::array<std::array<std::uint8_t, 4>, 16> orders{};
+  for (unsigned outside = 0; outside < 16; ++outside) {
+    std::size_t first = 0;
+    std::size_t last = 4;
+    for (std::uint8_t k = 0; k < 4; ++k)
+      orders[outside][(outside >> k & 1U) == 0 ? first++ : --last] = k;
+  }
+  return orders;
+}();
 
 /// A corner of a tet that is being clipped.
 template <std::size_t N>
 struct Corner {
-  std::array<double, 4> barycentric; ///< in the version
-  std::array<double, N> carried;     ///< what is linear on the tet, and wanted of its part
-  unsigned beyond;                   ///< bits: the planes of the version that it lies strictly on the outer side of
+  Barycentric barycentric;       ///< in the version
+  std::array<double, N> carried; ///< what is linear on the tet, and wanted of its part
+  unsigned beyond;               ///< bits: the planes of the version that it lies strictly on the outer side of
 };
 template <std::size_t N>
 using Corners = std::array<const Corner<N>*, 4>;
@@ -98,11 +102,11 @@ private:
   /// Cuts at a plane that has corners on both sides. Last: at no others after it.
   template <bool Last>
   void cut_at(const Corners<N>& corners, double volume, unsigned plane, unsigned others) {
-    Corners<N> c{}; // those inside first
-    std::size_t inside = 0;
-    std::size_t outside = 4;
-    for (const Corner<N>* const corner : corners)
-      c[(corner->beyond >> plane & 1U) == 0 ? inside++ : --outside] = corner;
+    unsigned outside = 0;
+    for (unsigned k = 0; k < 4; ++k)
+      outside |= (corners[k]->beyond >> plane & 1U) << k;
+    const auto& order = kInsideFirst[outside];
+    const Corners<N> c{corners[order[0]], corners[order[1]], corners[order[2]], corners[order[3]]};
     // The edge from c[i], inside, to c[j] is cut at `s` of its length; `rest` = 1 - s.
     struct Cut {
       Corner<N> corner;
@@ -116,11 +120,8 @@ private:
       made.rest = -b.barycentric[plane] * per_length;
       for (std::size_t k = 0; k < N; ++k)
         made.corner.carried[k] = made.rest * a.carried[k] + made.s * b.carried[k];
-      if constexpr (!Last) {
-        for (std::size_t k = 0; k < 4; ++k)
-          made.corner.barycentric[k] = made.rest * a.barycentric[k] + made.s * b.barycentric[k];
-        made.corner.beyond = negative(made.corner.barycentric);
-      }
+      if constexpr (!Last)
+        made.corner.beyond = combine(made.rest, a.barycentric, made.s, b.barycentric, made.corner.barycentric);
     };
     const auto go_on = [&](const Corners<N>& piece, double part) {
       if constexpr (Last)
@@ -129,8 +130,8 @@ private:
         part_of(piece, part * volume, others);
     };
     Cut p, q, r, s;
-    switch (inside) {
-    case 1:
+    switch (std::popcount(outside)) {
+    case 3:
       cut(0, 1, p);
       cut(0, 2, q);
       cut(0, 3, r);
