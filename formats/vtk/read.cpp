@@ -4,9 +4,12 @@
 #include "ptet/error.hpp"
 
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <new>
 
@@ -86,13 +89,42 @@ void check_readable(const std::string& path) {
 
 namespace {
 
+/// Whether a text, but for the tags of XML, holds a number that is none. VTK takes it in a legacy file for an
+/// attribute, and at the end of an array of a VTU for what comes after it.
+bool holds_no_number(const std::string& path) {
+  static constexpr std::size_t kLongest = 8; // "infinity"
+  std::ifstream file(path, std::ios::binary);
+  std::string word;
+  bool in_tag = false;
+  for (std::istreambuf_iterator<char> at(file), end; at != end; ++at) {
+    const auto c = static_cast<unsigned char>(*at);
+    if (std::isalnum(c) != 0 || c == '_') {
+      if (word.size() <= kLongest) word += static_cast<char>(std::tolower(c));
+      continue;
+    }
+    if (!in_tag && (word == "nan" || word == "inf" || word == "infinity")) return true;
+    word.clear();
+    if (c == '<' || c == '>') in_tag = c == '<';
+  }
+  return false;
+}
+
+bool is_text(const std::string& path) {
+  const std::string head = vtkio::read_head(path);
+  return head.find("ASCII") != std::string::npos || head.find("\"ascii\"") != std::string::npos;
+}
+
 /// What `read(messages)` returns; what goes wrong in it, VTK's own exceptions too, becomes an Error.
 template <class Read>
 auto reading(const std::string& path, Read&& read) {
   try {
     vtkio::Messages messages;
     return read(messages);
-  } catch (const Error&) {
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kBadInput && is_text(path) && holds_no_number(path))
+      throw Error(error.code(), std::string(error.what()) +
+                                    "; there is a 'nan' or 'inf' in it, which cannot always be read "
+                                    "from text: write the file in binary");
     throw;
   } catch (const std::bad_alloc&) {
     throw Error(ErrorCode::kLimit, path + ": not enough memory for what the file announces");

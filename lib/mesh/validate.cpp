@@ -45,7 +45,7 @@ void measure_geometry(const Examination& found, MeshReport& report) {
 }
 
 FieldSummary summarise(const PointArray& array, const Examination& found) {
-  FieldSummary summary{array.name, array.type, array.components, 0, 0};
+  FieldSummary summary{array.name, array.type, array.components};
   if (array.components == 0 || array.bytes.size() != found.points.size() * array.row_bytes()) return summary;
   bool first = true;
   dispatch(array.type, [&]<class T>(T) {
@@ -58,7 +58,10 @@ FieldSummary summarise(const PointArray& array, const Examination& found) {
         for (std::size_t i = 0; i < array.components; ++i)
           value = std::hypot(value, static_cast<double>(load<T>(row + i * sizeof(T))));
       }
-      if (!std::isfinite(value)) continue;
+      if (!std::isfinite(value)) {
+        ++summary.not_finite;
+        continue;
+      }
       summary.min = first ? value : std::min(summary.min, value);
       summary.max = first ? value : std::max(summary.max, value);
       first = false;

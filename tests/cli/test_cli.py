@@ -147,6 +147,9 @@ class BadInput(Case):
         # Where it does not govern it is carried along, bit for bit.
         self.ptet("build", "nan.vtu", "--field", "smooth")
         self.ptet("verify", "nan.ptet", "--original", "nan.vtu")
+        said = self.ptet("info", "nan.vtu").stdout
+        self.assertIn("not finite at 1 vertex", said)
+        self.assertIn("can be built from, if --field names others than 'bumpy'", said)
 
     def test_nan_in_a_position(self):
         points, tets = meshes.grid(2)

@@ -443,6 +443,19 @@ TEST_CASE("a VTU that lies is bad input", "[vtk]") {
   CHECK_THAT(failure.message, Catch::Contains(part));
 }
 
+TEST_CASE("numbers that are none cannot be read from text, and that is said", "[vtk]") {
+  VtuText text;
+  text.point_data = array_text("Name=\"f\"", "1 2 3 nan"); // at the end VTK does not take it
+  CHECK_THAT(failure_of_text(text.file()).message, Catch::Contains("there is a 'nan' or 'inf' in it"));
+  const std::string legacy = "# vtk DataFile Version 3.0\nmesh\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+                             "0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\n"
+                             "SCALARS f float\nLOOKUP_TABLE default\n1 2 -Inf 4\n";
+  CHECK_THAT(failure_of_text(legacy, "mesh.vtk").message, Catch::Contains("there is a 'nan' or 'inf' in it"));
+  // Not of what goes by such a name.
+  text.point_data = array_text("Name=\"nan\"", "1 2 3");
+  CHECK_THAT(failure_of_text(text.file()).message, !Catch::Contains("'inf'"));
+}
+
 TEST_CASE("XML that is broken or of another kind is bad input", "[vtk]") {
   const std::string whole = VtuText().file();
   CHECK_THAT(failure_of_text(whole.substr(0, whole.size() - 20)).message, Catch::Contains("pars"));

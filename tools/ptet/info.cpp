@@ -39,6 +39,15 @@ std::string type_text(ScalarType type, std::uint32_t components) {
 
 // Meshes.
 
+/// What a build that is told of no field refuses.
+std::string if_others_govern(const MeshReport& report) {
+  std::string names;
+  for (const FieldSummary& field : report.fields)
+    if (field.not_finite > 0) names += (names.empty() ? "'" : ", '") + field.name + "'";
+  if (names.empty() || report.first_error() != nullptr) return "";
+  return ", if --field names others than " + names;
+}
+
 void print_json(const std::string& path, const ReadReport& read, const TetMesh& mesh, const MeshReport& report) {
   Json fields = Json::array();
   for (const FieldSummary& field : report.fields) {
@@ -46,7 +55,8 @@ void print_json(const std::string& path, const ReadReport& read, const TetMesh& 
                       {"type", ptet::name_of(field.type)},
                       {"components", field.components},
                       {"min", field.min},
-                      {"max", field.max}});
+                      {"max", field.max},
+                      {"not_finite", field.not_finite}});
   }
   Json findings = Json::array();
   for (const Finding& finding : report.findings) {
@@ -96,7 +106,9 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
   for (const FieldSummary& field : report.fields) {
     out << "  field     " << field.name << ": " << type_text(field.type, field.components)
         << (field.components == 1 ? ", from " : ", length from ") << brief(field.min, 6) << " to "
-        << brief(field.max, 6) << '\n';
+        << brief(field.max, 6);
+    if (field.not_finite > 0) out << ", not finite at " << counted(field.not_finite, "vertex");
+    out << '\n';
   }
   for (const std::string& note : read.notes)
     out << "  note      " << note << '\n';
@@ -105,7 +117,8 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
     label.resize(10, ' ');
     out << "  " << label << finding.message << '\n';
   }
-  out << "  verdict   " << (report.first_error() == nullptr ? "can be built from" : "cannot be built from") << '\n';
+  out << "  verdict   " << (report.first_error() == nullptr ? "can be built from" : "cannot be built from")
+      << if_others_govern(report) << '\n';
 }
 
 void run_mesh(const Arguments& arguments) {

@@ -33,6 +33,7 @@ struct FieldSummary {
   std::uint32_t components = 1;
   double min = 0; ///< least finite value; of the Euclidean norm for vectors; over vertices used by tets
   double max = 0;
+  std::uint64_t not_finite = 0; ///< at so many of these vertices: such a field cannot govern a build
 };
 
 struct MeshReport {
