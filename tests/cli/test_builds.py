@@ -184,6 +184,8 @@ class Methods(Case):
                 self.refused(2, "build", "grid.vtu", chosen, "exact", "--evaluate", evaluate,
                              says=["--evaluate exact", "--predict"])
         self.refused(2, "build", "grid.vtu", "--method", "BF", "--predict", "exact", says="--evaluate exact")
+        for chosen in [["--method", "QN"], ["--evaluate", "none"], ["--predict", "gradient"]]:
+            self.refused(2, "build", "grid.vtu", "--objective", "rms", *chosen, says=["--objective", "BFS"])
         self.assertEqual(self.files(), ["grid.vtu"])
 
 

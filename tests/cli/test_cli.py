@@ -469,6 +469,8 @@ class Reports(Case):
             self.assertEqual(report["limited_by"], "budget")
         self.assertLessEqual(self.json("extract", "grid.ptet", "--vertices", "30%")["vertices"], 218)
         self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "100%")["vertices"], 729)
+        self.built_grid(9)  # .57 x 1000 is below 570 in doubles
+        self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "57%")["asked"]["vertices"], 570)
 
     def test_outputs(self):
         self.built_grid(6)

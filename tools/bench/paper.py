@@ -138,10 +138,10 @@ class Paper:
     def run_method(self, mesh, name, objective, rows, folder):
         file, cut = os.path.join(folder, "build.ptet"), os.path.join(folder, "cut.vtu")
         label = rows[0]["method"]
+        order = ["--objective", objective] if name in WITH_OBJECTIVE else []
         try:
             build = run_json([self.ptet, "build", mesh.path, "-o", file, "--field", mesh.field, "--method", name,
-                              "--objective", objective, "--target-vertices", COARSEST, "--json"],
-                             self.options.timeout)
+                              *order, "--target-vertices", COARSEST, "--json"], self.options.timeout)
         except Failed as why:
             say(f"  {label}: {why}")
             for row in rows:

@@ -80,7 +80,8 @@ OrientedBox oriented_box(std::string_view option, std::string_view text, const P
 } // namespace
 
 std::uint64_t Count::of(std::uint64_t total) const {
-  return static_cast<std::uint64_t>(relative ? std::floor(value * static_cast<double>(total)) : value);
+  constexpr double kRounding = 1 + 0x1p-51; // 29% of 100 is 29
+  return static_cast<std::uint64_t>(relative ? std::floor(value * static_cast<double>(total) * kRounding) : value);
 }
 
 double parse_number(std::string_view option, std::string_view text) {

@@ -100,6 +100,10 @@ const auto& chosen(const char* option, const std::string& name, const Table& tab
   throw Error(ErrorCode::kBadArgument, std::string(option) + " '" + name + "': it is one of " + quoted_list(names));
 }
 
+bool simulates(const BuildOptions& options) {
+  return options.prediction == Prediction::kSimulate || options.prediction == Prediction::kExact;
+}
+
 void choose_method(const Arguments& arguments, BuildOptions& options) {
   if (arguments.method) {
     const Method& method = chosen("--method", *arguments.method, kMethods);
@@ -109,11 +113,17 @@ void choose_method(const Arguments& arguments, BuildOptions& options) {
   if (arguments.predict) options.prediction = chosen("--predict", *arguments.predict, kPredictions);
   if (arguments.evaluate) options.evaluation = chosen("--evaluate", *arguments.evaluate, kEvaluations);
   if (arguments.objective) options.objective = chosen("--objective", *arguments.objective, kObjectives);
-  if (options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact) return;
-  if (arguments.predict || arguments.method)
-    throw Error(ErrorCode::kBadArgument, "the collapses of method exact are ordered by errors measured everywhere: it "
-                                         "goes with --evaluate exact; for less, give another --predict");
-  options.prediction = Prediction::kQuadric;
+  if (options.prediction == Prediction::kExact && options.evaluation != Evaluation::kExact) {
+    if (arguments.predict || arguments.method)
+      throw Error(ErrorCode::kBadArgument,
+                  "the collapses of method exact are ordered by errors measured everywhere: it "
+                  "goes with --evaluate exact; for less, give another --predict");
+    options.prediction = Prediction::kQuadric;
+  }
+  if (arguments.objective && !simulates(options))
+    throw Error(ErrorCode::kBadArgument,
+                "--objective '" + *arguments.objective +
+                    "': it is what exact, BF and BFS order collapses by; this method does not");
 }
 
 Wishes parse(const Arguments& arguments) {
@@ -236,10 +246,6 @@ double collapses_per_second(const BuildReport& report) {
   const auto found = static_cast<double>(report.records - report.resumed_records);
   const double seconds = report.piece_seconds + report.follow_seconds + report.collapse_seconds;
   return seconds > 0 ? found / seconds : 0;
-}
-
-bool simulates(const BuildOptions& options) {
-  return options.prediction == Prediction::kSimulate || options.prediction == Prediction::kExact;
 }
 
 /// The paper's name or ours; nothing for a mixture of one's own.
