@@ -19,8 +19,6 @@
 namespace ptet::file {
 namespace {
 
-/// Rounding of coordinates in a distance, against the largest of them.
-constexpr double kCoordinateRounding = 16 * std::numeric_limits<double>::epsilon();
 /// Rounding in the integral of a flat version, for each time that its volume goes into the cube of its length, up to so
 /// large a part.
 constexpr double kFlatRounding = 16 * std::numeric_limits<double>::epsilon();
@@ -121,12 +119,7 @@ public:
   }
 
   /// Distances up to this are rounding.
-  [[nodiscard]] double distance_rounding() const {
-    double largest = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      largest = std::max({largest, std::abs(header_.box_min[axis]), std::abs(header_.box_max[axis])});
-    return std::max(kDistanceRounding * header_.diagonal, kCoordinateRounding * largest);
-  }
+  [[nodiscard]] double distance_rounding() const { return kDistanceRounding * header_.diagonal; }
 
 private:
   static std::vector<Triangle> triangles_of(const PreparedMesh& mesh) {

@@ -526,16 +526,20 @@ TEST_CASE("verification: rounding is no error, far from the origin and in flat t
   options.target_vertices = 0.1;
   options.max_domain_error = {0.3, true};
   options.min_quality = 0;
-  for (const bool far : {true, false}) {
-    INFO((far ? "far" : "flat"));
-    // Easting and northing in metres; a plate around the origin.
-    const PreparedMesh prepared =
-        prepare(far ? transformed([](const Point& p) {
-          return Point{0.37 * p[0] + 4.5e5, 0.41 * p[1] + 5e6, 0.39 * p[2]};
-        })
-                    : transformed([](const Point& p) {
-                        return Point{0.8 * p[0] - 0.6e-9 * p[2], p[1], 0.6 * p[0] + 0.8e-9 * p[2]};
-                      }));
+  // Easting and northing in metres; further still; a plate around the origin.
+  const std::vector<std::function<Point(const Point&)>> placings = {
+      [](const Point& p) {
+        return Point{0.37 * p[0] + 4.5e5, 0.41 * p[1] + 5e6, 0.39 * p[2]};
+      },
+      [](const Point& p) {
+        return Point{p[0] / 8 + 1e9, p[1] / 8 - 1e9, p[2] / 8 + 2e9};
+      },
+      [](const Point& p) {
+        return Point{0.8 * p[0] - 0.6e-9 * p[2], p[1], 0.6 * p[0] + 0.8e-9 * p[2]};
+      }};
+  for (std::size_t i = 0; i < placings.size(); ++i) {
+    INFO("placing " << i);
+    const PreparedMesh prepared = prepare(transformed(placings[i]));
     BuildReport report;
     const RecordStream records = build::build_records(prepared, options, report, {});
     REQUIRE(records.size() > 20);
