@@ -1,6 +1,6 @@
 #include "error/exact_field_error.hpp"
 
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 #include "error/double_double.hpp"
 #include "error/star_cones.hpp"
 #include "error/tolerances.hpp"

@@ -10,7 +10,7 @@
 // Meshes, 2005; the closest point of a triangle is Ericson's (closest_point.hpp).
 #pragma once
 
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
 
