@@ -19,15 +19,13 @@
 namespace ptet::file {
 namespace {
 
-/// Rounding of coordinates in a distance, against the largest of them.
-constexpr double kCoordinateRounding = 16 * std::numeric_limits<double>::epsilon();
 /// Rounding in the integral of a flat version, for each time that its volume goes into the cube of its length, up to so
 /// large a part.
 constexpr double kFlatRounding = 16 * std::numeric_limits<double>::epsilon();
 constexpr double kMostFlatRounding = 1e-6;
-/// Squared errors are differences of sums: by such a part of their terms they may be off, or of range^2 volume.
+/// Squared errors are differences of sums: by such a part of their terms they may be off. What lies elsewhere in the
+/// mesh, such as a huge value that stands for none, makes the range but no error here.
 constexpr double kSquaredRelative = 1e-7;
-constexpr double kSquaredRounding = 1e-20;
 /// How well the distance of a face to the original boundary is told.
 constexpr double kDistanceRelative = 0.02;
 /// Records between two reports of progress.
@@ -121,12 +119,7 @@ public:
   }
 
   /// Distances up to this are rounding.
-  [[nodiscard]] double distance_rounding() const {
-    double largest = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      largest = std::max({largest, std::abs(header_.box_min[axis]), std::abs(header_.box_max[axis])});
-    return std::max(kDistanceRounding * header_.diagonal, kCoordinateRounding * largest);
-  }
+  [[nodiscard]] double distance_rounding() const { return kDistanceRounding * header_.diagonal; }
 
 private:
   static std::vector<Triangle> triangles_of(const PreparedMesh& mesh) {
@@ -223,8 +216,7 @@ private:
     const double volume = reader_.header().volume;
     const SquaredErrorCode code = content_.squared_error[r * (content_.errors_per_record - 1) + f];
     const double rise = measured.rise[f] / volume;
-    const double slack =
-        std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[f] / volume + kSquaredRounding;
+    const double slack = std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[f] / volume;
     const double upper = decode_squared_error(code);
     const double lower = decode_squared_error(static_cast<SquaredErrorCode>(code - 1));
     if (rise <= upper + slack && rise >= lower - slack) return;

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "build/working_complex.hpp"
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -16,7 +16,7 @@
 // may move.
 #pragma once
 
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/prepare.hpp"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "build/mesh_scales.hpp"
 
 #include "build/certify.hpp"
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 
 #include <cmath>
 

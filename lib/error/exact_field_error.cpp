@@ -1,9 +1,10 @@
 #include "error/exact_field_error.hpp"
 
 #include "error/barycentric.hpp"
-#include "error/box_tree.hpp"
+#include "error/double_double.hpp"
 #include "error/star_cones.hpp"
 #include "error/tolerances.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -24,6 +25,16 @@ constexpr std::size_t kMostCarried = 8;
 /// in versions so flat that it would be more than kMostPlaneRounding it is taken for no more.
 constexpr double kPlaneRounding = 64 * std::numeric_limits<double>::epsilon();
 constexpr double kMostPlaneRounding = 1e-10;
+/// Flatter tets, by the determinant of their edges against the product of the lengths, are measured in numbers of twice
+/// the digits; what is flatter than these can tell is not measured but bounded.
+constexpr double kFlatShape = 1e-6;
+constexpr double kFlattestShape = 1e-27;
+/// What is left of kPlaneRounding with twice the digits.
+constexpr double kFinePlaneRounding = 0x1p-94;
+/// Clipping may hide this part of the differences at a tet's corners; that counts where their square is so many times
+/// that of the error.
+constexpr double kClipRounding = 4 * std::numeric_limits<double>::epsilon();
+constexpr double kCornersThatCount = 1e14;
 /// A part of so little of both tets is where they touch.
 constexpr double kTouchingPart = 1e-27;
 /// Of the tets around a vertex all are looked at up to so many; beyond, those that a tree finds.
@@ -177,8 +188,7 @@ struct ExactFieldError::Impl {
       Cell& cell = cells.emplace_back();
       for (std::size_t k = 0; k < 4; ++k)
         cell.v[k] = tet[k].index();
-      const Point& o = point(cell.v[0]);
-      cell.volume = std::abs(dot(point(cell.v[1]) - o, cross(point(cell.v[2]) - o, point(cell.v[3]) - o))) / 6;
+      cell.volume = volume_of(cell.v);
       if (!is_flat(cell)) continue;
       for (const std::uint32_t v : cell.v)
         on_boundary[v] = 1;
@@ -213,6 +223,18 @@ struct ExactFieldError::Impl {
         large_stars.push_back(v);
         cones.push_back(cones_of(v));
       }
+  }
+
+  /// 0 for a tet that is flat, exactly, and for no other.
+  [[nodiscard]] double volume_of(const std::array<std::uint32_t, 4>& tet) const {
+    const Point& o = point(tet[0]);
+    const Vec3 e1 = point(tet[1]) - o, e2 = point(tet[2]) - o, e3 = point(tet[3]) - o;
+    const double det = std::abs(dot(e1, cross(e2, e3)));
+    if (det > kFlatShape * (norm(e1) * norm(e2) * norm(e3))) return det / 6;
+    if (orientation(o, point(tet[1]), point(tet[2]), point(tet[3])) == 0) return 0;
+    const FineVec3 f1 = fine_difference(point(tet[1]), o), f2 = fine_difference(point(tet[2]), o),
+                   f3 = fine_difference(point(tet[3]), o);
+    return std::max(std::abs(dot(f1, cross(f2, f3)).rounded()) / 6, std::numeric_limits<double>::min());
   }
 
   [[nodiscard]] StarCones::Triangle opposite(const std::array<std::uint32_t, 4>& tet, std::uint32_t v) const {
@@ -315,20 +337,29 @@ private:
     return v;
   }
 
-  /// False for a flat version.
+  /// False for a flat version, and one that nothing can be measured in.
   bool begin() {
     origin_ = original_.point(version_[0]);
     const Vec3 e1 = original_.point(version_[1]) - origin_;
     const Vec3 e2 = original_.point(version_[2]) - origin_;
     const Vec3 e3 = original_.point(version_[3]) - origin_;
     const Vec3 n1 = cross(e2, e3);
-    const double det = dot(e1, n1);
-    if (!(det > 0) || !std::isfinite(1 / det)) return false;
-    shape_rounding_ = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
+    double det = dot(e1, n1);
+    const double lengths = norm(e1) * norm(e2) * norm(e3);
+    const double longest_sq = std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
+    fine_ = !(det > kFlatShape * lengths) || !std::isfinite(1 / det);
+    if (fine_) {
+      det = begin_finely(lengths);
+      if (!(det > 0)) return false;
+      shape_rounding_ = 0;
+      rounding_ = kFinePlaneRounding / det * longest_sq;
+    } else {
+      shape_rounding_ = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
+      plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
+      rounding_ = kPlaneRounding / det * longest_sq;
+    }
     per_length_ = {1 / norm(e1), 1 / norm(e2), 1 / norm(e3)};
-    plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
     touching_ = kTouchingPart * det / 6;
-    rounding_ = kPlaneRounding / det * std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
     w_.queue_.clear();
     w_.rows_.clear();
     w_.differences_.clear();
@@ -353,6 +384,51 @@ private:
     return true;
   }
 
+  /// The same with twice the digits: the determinant, 0 for a version that is flat or that these do not tell from one
+  /// that is; of the latter a bound is taken in.
+  double begin_finely(double lengths) {
+    const std::array<Point, 4> x{origin_, original_.point(version_[1]), original_.point(version_[2]),
+                                 original_.point(version_[3])};
+    if (orientation(x[0], x[1], x[2], x[3]) <= 0) return 0;
+    const FineVec3 e1 = fine_difference(x[1], origin_), e2 = fine_difference(x[2], origin_),
+                   e3 = fine_difference(x[3], origin_);
+    const FineVec3 n1 = cross(e2, e3);
+    const DoubleDouble det = dot(e1, n1);
+    if (!(det.high > kFlattestShape * lengths) || !std::isfinite(1 / det.high)) {
+      bound_by_values();
+      return 0;
+    }
+    const DoubleDouble per_det = DoubleDouble(1) / det;
+    fine_plane_ = {per_det * n1, per_det * cross(e3, e1), per_det * cross(e1, e2)};
+    return det.high;
+  }
+
+  /// In the version phi is between the values at its corners, and Phi between those at the corners of the original
+  /// tets that come near it: no difference is greater than that of two of these.
+  void bound_by_values() {
+    const BoundingBox box = box_of<4>({original_.point(version_[0]), original_.point(version_[1]),
+                                       original_.point(version_[2]), original_.point(version_[3])});
+    for (const Cell& cell : original_.cells) {
+      const auto at = [&](std::size_t k) { return original_.point(cell.v[k]); };
+      if (!box.meets(box_of<4>({at(0), at(1), at(2), at(3)}))) continue;
+      for (const std::uint32_t v : cell.v)
+        for (const std::uint32_t corner : version_)
+          take_in_values(v, corner);
+    }
+  }
+
+  void take_in_values(std::uint32_t v, std::uint32_t w) {
+    double norm_sq = 0;
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const double d = values(v)[c] - values(w)[c];
+      norm_sq += d * d;
+      if (original_.ends_field[c] == 0) continue;
+      const std::size_t field = original_.channels.field_of[c];
+      raise_error(field, norm_sq * original_.scale_sq[field]);
+      norm_sq = 0;
+    }
+  }
+
   /// The row of a vertex.
   std::uint32_t look_at(std::uint32_t v) {
     Workspace::Mark& mark = w_.vertices_[v];
@@ -363,12 +439,40 @@ private:
     return mark.row;
   }
 
+  /// Barycentric coordinates in a flat version.
+  [[nodiscard]] std::array<DoubleDouble, 4> fine_barycentric(std::uint32_t v) const {
+    const FineVec3 from_origin = fine_difference(original_.point(v), origin_);
+    std::array<DoubleDouble, 4> b{1};
+    for (std::size_t i = 1; i < 4; ++i) {
+      b[i] = dot(fine_plane_[i - 1], from_origin);
+      b[0] = b[0] - b[i];
+    }
+    return b;
+  }
+
+  [[nodiscard]] double fine_difference_at(std::uint32_t v, const std::array<DoubleDouble, 4>& b, std::size_t c) const {
+    DoubleDouble d = difference_of(values(v)[c], origin_values_[c]);
+    for (std::size_t i = 1; i < 4; ++i)
+      d = d - b[i] * difference_of(values(version_[i])[c], origin_values_[c]);
+    return d.rounded();
+  }
+
   void add_row(std::uint32_t v) {
     const Vec3 from_origin = original_.point(v) - origin_;
-    const double b1 = dot(plane_[0], from_origin);
-    const double b2 = dot(plane_[1], from_origin);
-    const double b3 = dot(plane_[2], from_origin);
-    Row row{{1 - b1 - b2 - b3, b1, b2, b3}, 0, 0};
+    std::array<DoubleDouble, 4> fine;
+    Row row{{}, 0, 0};
+    if (fine_) {
+      fine = fine_barycentric(v);
+      for (std::size_t i = 0; i < 4; ++i)
+        row.barycentric[i] = fine[i].rounded();
+    } else {
+      for (std::size_t i = 1; i < 4; ++i)
+        row.barycentric[i] = dot(plane_[i - 1], from_origin);
+      row.barycentric[0] = 1 - row.barycentric[1] - row.barycentric[2] - row.barycentric[3];
+    }
+    const double b1 = row.barycentric[1];
+    const double b2 = row.barycentric[2];
+    const double b3 = row.barycentric[3];
     const double* const at_v = values(v);
     // What lies on a plane of the version is not to be seen within: it may belong to what is on its other side, as at a
     // crack, where the field has another value.
@@ -398,7 +502,7 @@ private:
       const double t1 = b1 * e1[c];
       const double t2 = b2 * e2[c];
       const double t3 = b3 * e3[c];
-      const double d = own - (t1 + t2 + t3);
+      const double d = fine_ ? fine_difference_at(v, fine, c) : own - (t1 + t2 + t3);
       const double most =
           kValueRounding * std::abs(own) + r1 * std::abs(e1[c]) + r2 * std::abs(e2[c]) + r3 * std::abs(e3[c]);
       differences[c] = std::abs(d) <= most ? 0 : d + std::copysign(kLeastDifference, d);
@@ -463,7 +567,7 @@ private:
         beyond[k] = w_.rows_[rows[k]].beyond;
       }
       const bool flat = Impl::is_flat(cell);
-      if (!flat && !see_tet(rows, cell.volume)) continue;
+      if (!flat && !see_tet(fine_ ? rows_by_place(cell) : rows, cell.volume)) continue;
       for (std::size_t k = 0; k < 4; ++k) {
         const auto& face = kOutwardFace[k];
         if ((beyond[face[0]] & beyond[face[1]] & beyond[face[2]]) != 0) continue;
@@ -472,6 +576,16 @@ private:
         if (other != kOutside && w_.tet_stamp_[other] < queued()) push(other);
       }
     }
+  }
+
+  /// The rows of an original tet's corners in the order of their places. In a flat version what rounding makes of a
+  /// part depends on the order, and the same tet, however numbered, is to be measured from the same parts.
+  std::array<std::uint32_t, 4> rows_by_place(const Cell& cell) {
+    std::array<std::uint32_t, 4> v = cell.v;
+    std::sort(v.begin(), v.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return original_.point(a) != original_.point(b) ? original_.point(a) < original_.point(b) : a < b;
+    });
+    return {look_at(v[0]), look_at(v[1]), look_at(v[2]), look_at(v[3])};
   }
 
   /// Takes in the part of an original tet in the version; false when it has none.
@@ -636,6 +750,10 @@ private:
   void take_in(std::size_t field, double error_sq, double integral, double corner_sq) {
     if (error_sq <= kValueRounding * kValueRounding * corner_sq) return;
     const double scale_sq = original_.scale_sq[field];
+    if (corner_sq > kCornersThatCount * error_sq) {
+      const double most = std::sqrt(error_sq) + kClipRounding * std::sqrt(corner_sq);
+      error_sq = most * most;
+    }
     raise_error(field, error_sq * scale_sq);
     if (!squared_.empty()) squared_[field] += integral * scale_sq;
   }
@@ -661,6 +779,8 @@ private:
   Point origin_{};
   const double* origin_values_ = nullptr;
   double shape_rounding_ = 0;
+  bool fine_ = false;                      ///< a flat version: twice the digits
+  std::array<FineVec3, 3> fine_plane_{};   ///< then in the place of plane_
   Vec3 per_length_{};                      ///< of the edges from corner 0
   std::array<Vec3, 3> plane_{};            ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
   std::vector<double> seen_sq_, integral_; ///< by field: of one tet

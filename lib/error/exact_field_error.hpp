@@ -11,9 +11,14 @@
 // A flat original tet has no part in space: Phi is told by the tets with volume beside it, and the walk passes on
 // through it.
 //
+// A version so flat that rounding would tell in its barycentric coordinates is measured in numbers of twice a double's
+// digits. Where these do not tell its volume from none either, though exact predicates do, its error is bounded: by the
+// greatest difference of a value at its corners and one at a corner of an original tet whose box meets its own.
+//
 // A common offset of the values is taken out before anything is interpolated, and a difference that rounding may have
 // made is none (tolerances.hpp). The corners of t are taken in an order that depends on their places only, so that the
-// same tet, however numbered, is measured from the same differences.
+// same tet, however numbered, is measured from the same differences; so are those of the original tets where the
+// version is flat, and rounding makes parts where they touch it that depend on the order.
 //
 // The original tets are found by walking from a corner of t, out of those that have a part in t, across faces that t
 // may meet; t is convex, so its parts hang together by faces as long as the domain does. Where the walk comes upon the
@@ -82,8 +87,9 @@ public:
 
   /// Raises `errors` (one a field) to the largest errors over `version` and the domain, in the units of the values
   /// times the scale. Never below the truth by more than rounding: kValueRounding of the values met, relative to one
-  /// another. Infinite where that cannot be computed. A flat version has no interior: nothing is raised. Thread rule:
-  /// const; one workspace a thread. Cost: the original tets that the version meets, some 0.1 us each.
+  /// another. Infinite where that cannot be computed. A version that is flat, exactly, has no interior: nothing is
+  /// raised. Thread rule: const; one workspace a thread. Cost: the original tets that the version meets, some 0.1 us
+  /// each; of one too flat for twice a double's digits, all of them.
   void measure(const Tet& version, Workspace& workspace, std::span<double> errors) const;
 
   /// The same, and adds to `squared` (one a field) the integrals of the squared error over `version` and the domain,

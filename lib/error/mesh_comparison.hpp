@@ -12,7 +12,7 @@
 // The Finite Element Method, 8.8.2, volume coordinates).
 #pragma once
 
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 #include "error/surface_distance.hpp"
 #include "mesh/predicates.hpp"
 #include "ptet/mesh.hpp"

@@ -111,7 +111,7 @@ public:
   /// The errors of the value against the point of the simplified boundary that is closest to p.
   std::span<const double> against_closest(const Point& p) {
     (void)of_.boundary_surface_.distance_sq(p, &nearest_);
-    const Triangle& triangle = of_.boundary_surface_.triangle(nearest_);
+    const Triangle triangle = of_.boundary_surface_.triangle(nearest_);
     return against(of_.boundary_[nearest_], closest_on_triangle(p, triangle[0], triangle[1], triangle[2]).weight);
   }
 

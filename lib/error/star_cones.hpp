@@ -8,7 +8,7 @@
 //        |________|
 #pragma once
 
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 
 #include <span>
 #include <vector>

@@ -1,6 +1,7 @@
 #include "error/surface_distance.hpp"
 
 #include "error/closest_point.hpp"
+#include "mesh/local_origin.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
@@ -53,11 +54,25 @@ double largest_coordinate(const Triangle& t) {
   return largest;
 }
 
+Triangle less(const Triangle& t, const Point& origin) {
+  return {t[0] - origin, t[1] - origin, t[2] - origin};
+}
+
+Point origin_of(const std::vector<Triangle>& triangles) {
+  if (triangles.empty()) return {};
+  BoundingBox box;
+  for (const Triangle& t : triangles)
+    for (const Point& p : t)
+      box.add(p);
+  return local_origin(box.low, box.high);
+}
+
 /// Throws Error(kLimit) when 32-bit ids cannot name the triangles.
-std::vector<BoundingBox> boxes_of(const std::vector<Triangle>& triangles) {
+std::vector<BoundingBox> boxes_of(const std::vector<Triangle>& triangles, const Point& origin) {
   if (triangles.size() >= kNone) throw Error(ErrorCode::kLimit, "a surface may have at most 2^32 - 2 triangles");
   std::vector<BoundingBox> boxes(triangles.size());
-  std::transform(triangles.begin(), triangles.end(), boxes.begin(), [](const Triangle& t) { return box_of(t); });
+  std::transform(triangles.begin(), triangles.end(), boxes.begin(),
+                 [&](const Triangle& t) { return box_of(less(t, origin)); });
   return boxes;
 }
 
@@ -116,11 +131,11 @@ bool is_worth_cutting(const FlatPolygon& part, const FlatPolygon& whole) {
 } // namespace
 
 TriangleSurface::TriangleSurface(const std::vector<Triangle>& triangles)
-    : tree_(boxes_of(triangles)), slot_of_(triangles.size()) {
+    : origin_(origin_of(triangles)), tree_(boxes_of(triangles, origin_)), slot_of_(triangles.size()) {
   triangles_.reserve(triangles.size());
   for (std::uint32_t slot = 0; slot < triangles.size(); ++slot) {
     slot_of_[tree_.order()[slot]] = slot;
-    triangles_.push_back(triangles[tree_.order()[slot]]);
+    triangles_.push_back(less(triangles[tree_.order()[slot]], origin_));
     extent_ = std::max(extent_, largest_coordinate(triangles_.back()));
   }
 }
@@ -166,7 +181,13 @@ void TriangleSurface::search(const Point& p, double& best_sq, std::uint32_t& slo
   }
 }
 
-double TriangleSurface::distance_sq(const Point& p, std::uint32_t* nearest) const {
+Triangle TriangleSurface::triangle(std::uint32_t index) const {
+  const Triangle& t = triangles_[slot_of_[index]];
+  return {t[0] + origin_, t[1] + origin_, t[2] + origin_};
+}
+
+double TriangleSurface::distance_sq(const Point& at, std::uint32_t* nearest) const {
+  const Point p = at - origin_;
   double best_sq = kInfinity;
   std::uint32_t slot = nearest != nullptr && *nearest < slot_of_.size() ? slot_of_[*nearest] : kNone;
   if (slot != kNone) best_sq = to_triangle_sq(p, triangles_[slot]);
@@ -201,7 +222,7 @@ public:
     piece.upper_sq = upper_sq;
     push(piece);
     for (std::size_t cuts = 0; !pieces_.empty() && cuts < kMaxCuts; ++cuts) {
-      std::pop_heap(pieces_.begin(), pieces_.end(), less);
+      std::pop_heap(pieces_.begin(), pieces_.end(), is_nearer);
       piece = pieces_.back();
       pieces_.pop_back();
       if (piece.upper_sq <= enough_sq()) return bounds(piece.upper_sq);
@@ -217,7 +238,7 @@ private:
     std::uint32_t settler;                ///< the slot of the triangle that gave the bound
     double upper_sq;
   };
-  static bool less(const Piece& s, const Piece& t) { return s.upper_sq < t.upper_sq; }
+  static bool is_nearer(const Piece& s, const Piece& t) { return s.upper_sq < t.upper_sq; }
 
   [[nodiscard]] double enough_sq() const { return std::max(lower_sq_ * factor_sq_, floor_sq_); }
 
@@ -251,7 +272,7 @@ private:
       return;
     }
     pieces_.push_back(piece);
-    std::push_heap(pieces_.begin(), pieces_.end(), less);
+    std::push_heap(pieces_.begin(), pieces_.end(), is_nearer);
   }
 
   void refine(Piece& piece) {
@@ -330,7 +351,7 @@ private:
   }
 
   const TriangleSurface& surface_;
-  const Triangle& whole_;
+  Triangle whole_;
   double factor_sq_;
   double floor_sq_ = 0;
   double lower_sq_ = 0;
@@ -340,7 +361,7 @@ private:
 
 DistanceBounds TriangleSurface::farthest(const Triangle& triangle, double relative, double floor) const {
   if (triangles_.empty()) return {kInfinity, kInfinity};
-  return Refinement(*this, triangle, relative, floor).run();
+  return Refinement(*this, less(triangle, origin_), relative, floor).run();
 }
 
 DistanceBounds one_sided_hausdorff(std::span<const Triangle> triangles, const TriangleSurface& surface, double relative,

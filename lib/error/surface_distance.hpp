@@ -10,7 +10,7 @@
 // Meshes, 2005; the closest point of a triangle is Ericson's (closest_point.hpp).
 #pragma once
 
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
 
@@ -22,7 +22,7 @@
 namespace ptet {
 
 /// Bounds of a greatest distance: `lower` is attained at some point that was looked at, nothing exceeds `upper` (both
-/// to rounding: some 1e-15 of the largest coordinate).
+/// to rounding: some 1e-14 of the sizes of the surface and the triangle, wherever they lie).
 struct DistanceBounds {
   double lower = 0;
   double upper = 0;
@@ -38,7 +38,7 @@ public:
 
   [[nodiscard]] std::size_t size() const { return triangles_.size(); }
   /// In the order they were given.
-  [[nodiscard]] const Triangle& triangle(std::uint32_t index) const { return triangles_[slot_of_[index]]; }
+  [[nodiscard]] Triangle triangle(std::uint32_t index) const;
 
   /// The squared distance from p to the surface; infinity when there is no triangle.
   /// `nearest`, when not null: in, a triangle believed near (out of range: none), which only speeds the search; out,
@@ -57,10 +57,11 @@ private:
   /// Lowers `best_sq` and `slot` to the nearest triangle there is.
   void search(const Point& p, double& best_sq, std::uint32_t& slot) const;
 
+  Point origin_; ///< is taken off all coordinates
   BoxTree tree_;
   std::vector<Triangle> triangles_;    ///< in the tree's order: by slot
   std::vector<std::uint32_t> slot_of_; ///< by index
-  double extent_ = 0;                  ///< the largest coordinate
+  double extent_ = 0;                  ///< the largest coordinate, less the origin
 };
 
 /// Bounds of the greatest distance from a point of the `triangles` to `surface`: upper <= max(lower * (1 + relative),

@@ -1,5 +1,6 @@
 #include "mesh/examination.hpp"
 
+#include "mesh/overlaps.hpp"
 #include "mesh/scalar_dispatch.hpp"
 #include "mesh/shape.hpp"
 #include "ptet/error.hpp"
@@ -77,6 +78,7 @@ public:
     link_faces();
     order_flat_tets();
     check_faces();
+    check_overlaps();
     enter("checking vertices");
     check_links();
     check_unused_points();
@@ -321,6 +323,22 @@ private:
       edges.add(edge);
     report(edges, "non-manifold-edges", Severity::kWarning, "boundary edge that is not in exactly two boundary faces",
            "boundary edges that are not in exactly two boundary faces", "their vertices are frozen");
+  }
+
+  /// Where tets lie in tets of other parts: looked for along the boundary, where there is one that tells inside.
+  void check_overlaps() {
+    if (!out_.folded.empty() || !out_.faces.crowded.empty() || !out_.faces.duplicates.empty()) return;
+    const Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary);
+    const char* const then = "parts of the mesh overlap, and errors there are those of each part by itself";
+    Tally crossing, within;
+    for (const auto& pair : found.crossing)
+      crossing.add(std::array<std::uint64_t, 2>{tet_ids_[pair[0]], tet_ids_[pair[1]]});
+    for (const std::uint32_t t : found.within)
+      within.add(std::uint64_t{tet_ids_[t]});
+    report(crossing, "crossing-boundary-faces", Severity::kWarning, "pair of boundary faces that cross, by their tets",
+           "pairs of boundary faces that cross, by their tets", then);
+    report(within, "overlapping-tets", Severity::kWarning, "tet at the boundary within other tets",
+           "tets at the boundary within other tets", then);
   }
 
   static Face sorted(Face face) {

@@ -23,9 +23,8 @@ namespace detail {
 [[nodiscard]] int exact_orientation(const Point& a, const Point& b, const Point& c, const Point& d);
 } // namespace detail
 
-/// The sign of det(b - a, c - a, d - a): +1 for a tet that is positively oriented, 0 exactly when the four points lie
-/// in a plane. Exact.
-[[nodiscard]] inline int orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
+/// The sign of det(b - a, c - a, d - a) where floating-point numbers are sure of it, else 0.
+[[nodiscard]] inline int sure_orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
   const double bax = b[0] - a[0], bay = b[1] - a[1], baz = b[2] - a[2];
   const double cax = c[0] - a[0], cay = c[1] - a[1], caz = c[2] - a[2];
   const double dax = d[0] - a[0], day = d[1] - a[1], daz = d[2] - a[2];
@@ -40,10 +39,16 @@ namespace detail {
   // products that underflow can lose. Overflow makes the bound infinite or not a number, and the comparisons fail.
   const double bound = 0x1p-50 * permanent + 1e-300 * (b_height + c_height + d_height + 1.0);
   if (det > bound) return 1;
-  if (det < -bound) return -1;
+  return det < -bound ? -1 : 0;
+}
+
+/// The sign of det(b - a, c - a, d - a): +1 for a tet that is positively oriented, 0 exactly when the four points lie
+/// in a plane. Exact.
+[[nodiscard]] inline int orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
+  if (const int sign = sure_orientation(a, b, c, d); sign != 0) return sign;
   // In a plane across an axis: boundaries often are, and exact arithmetic takes its time to find that out.
-  if ((bax == 0 && cax == 0 && dax == 0) || (bay == 0 && cay == 0 && day == 0) || (baz == 0 && caz == 0 && daz == 0))
-    return 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (b[i] == a[i] && c[i] == a[i] && d[i] == a[i]) return 0;
   return detail::exact_orientation(a, b, c, d);
 }
 

@@ -1,6 +1,7 @@
 #include "mesh/prepare.hpp"
 
 #include "mesh/examination.hpp"
+#include "mesh/local_origin.hpp"
 #include "mesh/rows.hpp"
 #include "ptet/error.hpp"
 
@@ -22,24 +23,37 @@ std::uint64_t spread(std::uint64_t x) {
   return x;
 }
 
+struct Box {
+  Point low{}, high{};
+};
+
+Box box_of_used(const std::vector<Point>& points, const VertexLinks& links) {
+  Box box;
+  bool any = false;
+  for (std::uint32_t v = 0; v < points.size(); ++v) {
+    if (!links.used[v]) continue;
+    if (!any) box = {points[v], points[v]};
+    any = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+      box.low[i] = std::min(box.low[i], points[v][i]);
+      box.high[i] = std::max(box.high[i], points[v][i]);
+    }
+  }
+  return box;
+}
+
 /// Old ids in their new order: used vertices along a Morton curve through their bounding box, then the unused ones.
-std::vector<VertexId> vertex_order(const std::vector<Point>& points, const VertexLinks& links) {
+std::vector<VertexId> vertex_order(const std::vector<Point>& points, const VertexLinks& links, const Box& box) {
   std::vector<std::pair<std::uint64_t, VertexId>> curve;
   curve.reserve(links.used_count);
   std::vector<VertexId> unused;
-  Point low{}, high{};
   for (std::uint32_t v = 0; v < points.size(); ++v) {
-    if (!links.used[v]) {
+    if (links.used[v])
+      curve.emplace_back(0, v);
+    else
       unused.emplace_back(v);
-      continue;
-    }
-    if (curve.empty()) low = high = points[v];
-    for (std::size_t i = 0; i < 3; ++i) {
-      low[i] = std::min(low[i], points[v][i]);
-      high[i] = std::max(high[i], points[v][i]);
-    }
-    curve.emplace_back(0, v);
   }
+  const auto& [low, high] = box;
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   const auto quantised = [&](const Point& p, std::size_t i) {
     return extent > 0 ? static_cast<std::uint64_t>((p[i] - low[i]) / extent * 0x1fffff) : 0;
@@ -94,8 +108,9 @@ PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
     prepared.notes.push_back(finding.message);
   }
 
+  const Box box = box_of_used(found.points, found.links);
   prepared.used_vertex_count = static_cast<std::uint32_t>(found.links.used_count);
-  prepared.original_vertex = vertex_order(found.points, found.links);
+  prepared.original_vertex = vertex_order(found.points, found.links, box);
   const std::vector<VertexId>& order = prepared.original_vertex;
   std::vector<VertexId> renumbered(order.size());
   for (std::uint32_t v = 0; v < order.size(); ++v)
@@ -107,8 +122,10 @@ PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
   const std::vector<char> frozen = find_frozen(found);
   prepared.points.reserve(order.size());
   prepared.frozen.reserve(order.size());
+  const Point origin = local_origin(box.low, box.high);
   for (const VertexId v : order) {
-    prepared.points.push_back(found.points[v.index()]);
+    const Point& p = found.points[v.index()];
+    prepared.points.push_back({p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]});
     prepared.frozen.push_back(frozen[v.index()]);
   }
 

@@ -19,7 +19,9 @@ struct PreparedMesh {
   TetMesh mesh;
   std::uint32_t used_vertex_count = 0;   ///< vertices 0 .. used-1 are in some tet, the others in none
   std::vector<VertexId> original_vertex; ///< by vertex: its id in the mesh that was given
-  std::vector<Point> points;             ///< positions as doubles, by vertex
+  /// By vertex: positions as doubles, less an origin of their own where the mesh lies far from 0 (local_origin.hpp),
+  /// which is exact for used vertices.
+  std::vector<Point> points;
   /// By vertex, 1: must not take part in a collapse. It lies on a boundary edge of other than two boundary faces, is a
   /// vertex whose closed link is no sphere, or belongs to a tet at a folded face.
   std::vector<char> frozen;

@@ -13,6 +13,7 @@
 #include <catch2/catch.hpp>
 
 using namespace ptet;
+using namespace ptet::vec;
 
 namespace {
 
@@ -98,6 +99,31 @@ struct RegularGrid {
 };
 
 constexpr double kCellVolume = 16.0 * 16 * 16;
+
+/// A quadrangle, its centre and an apex on either side: eight tets around the centre.
+struct Quadrangle {
+  Quadrangle(const Point& center, const Vec3& u, const Vec3& v) {
+    const Vec3 up = cross(u, v);
+    points = {center + u, center + v, center - u, center - v, center, center + up, center - up};
+  }
+  /// Of the tet of its corners.
+  [[nodiscard]] int orientation_of_diagonals() const { return orientation(points[0], points[1], points[2], points[3]); }
+  /// The same as it is computed, for the tet turned the right way.
+  [[nodiscard]] double determinant() const {
+    return orientation_of_diagonals() * dot(points[1] - points[0], cross(points[2] - points[0], points[3] - points[0]));
+  }
+  [[nodiscard]] bool is_fair() const { return norm(points[5] - points[6]) > 0.1; }
+  [[nodiscard]] TetMesh mesh() const {
+    std::vector<std::array<std::uint32_t, 4>> tets;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      tets.push_back({i, (i + 1) % 4, 4, 5});
+      tets.push_back({(i + 1) % 4, i, 4, 6});
+    }
+    return test::make_mesh(points, tets, ScalarType::kFloat64);
+  }
+
+  std::vector<Point> points;
+};
 
 /// Vertex 0 and all the triangles around it: the sides of a cube in size x size squares each, moved to a ball.
 struct Hub {
@@ -333,6 +359,65 @@ TEST_CASE("a version's error does not depend on how its corners are numbered, to
     } while (std::next_permutation(version.begin(), version.end()));
     for (const double error : found)
       CHECK(error == found[0]);
+  }
+}
+
+TEST_CASE("in versions so flat that a double does not tell their volume errors are true, too") {
+  // Two diagonals of a quadrangle that cross in its centre but for rounding; the centre has another value.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const std::vector<double> value = {0, 0, 0, 0, 1, 0.5, 0.5};
+  int untold = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto draw = [&] { return Vec3{number(random), number(random), number(random)}; };
+    const Quadrangle quadrangle(draw(), draw(), draw());
+    if (!quadrangle.is_fair() || quadrangle.orientation_of_diagonals() == 0) continue;
+    if (!(quadrangle.determinant() > 0)) ++untold;
+    const Measured measured = Original(quadrangle.mesh(), value).measure({0, 1, 2, 3});
+    CHECK(measured.largest == Approx(1).epsilon(1e-9));
+  }
+  CHECK(untold > 10);
+  // And where twice the digits do not tell it: a bound, here the greatest difference of values that there are.
+  for (const double height : {1e-30, 1e-40, 1e-200}) {
+    Quadrangle flattest({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    for (const std::size_t end : {1U, 3U})
+      flattest.points[end][2] = height;
+    REQUIRE(flattest.orientation_of_diagonals() != 0);
+    CHECK(Original(flattest.mesh(), value).measure({0, 1, 2, 3}).largest == 1);
+  }
+}
+
+TEST_CASE("a flat version's error does not depend on how original tets are numbered, to the last bit") {
+  // A grid turned and jittered by rounding and little more: many fours of vertices are flat but for that.
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> jitter(-1e-9, 1e-9), any(0, 1);
+  const TetMesh grid = test::grid({{3, 3, 3}, {}, 0, 1});
+  std::vector<Point> points;
+  std::vector<double> value;
+  for (std::uint32_t v = 0; v < grid.vertex_count(); ++v) {
+    const Point p = grid.position(VertexId{v});
+    points.push_back({(0.8 * p[0] - 0.6 * p[1]) / 48 + jitter(random), (0.6 * p[0] + 0.8 * p[1]) / 48 + jitter(random),
+                      p[2] / 48 + jitter(random)});
+    value.push_back(any(random));
+  }
+  std::vector<std::array<std::uint32_t, 4>> tets, turned;
+  for (const Tet& tet : grid.tets) {
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+    turned.push_back({tet[3].index(), tet[1].index(), tet[0].index(), tet[2].index()});
+  }
+  std::reverse(turned.begin(), turned.end());
+  const Original one(test::make_mesh(points, tets, ScalarType::kFloat64), value);
+  const Original other(test::make_mesh(points, turned, ScalarType::kFloat64), value);
+  int flat = 0;
+  while (flat < 200) {
+    std::array<std::uint32_t, 4> version{};
+    for (std::uint32_t& v : version)
+      v = static_cast<std::uint32_t>(random() % points.size());
+    const auto at = [&](std::size_t i) { return points[version[i]]; };
+    const double volume = dot(at(1) - at(0), cross(at(2) - at(0), at(3) - at(0)));
+    if (!(std::abs(volume) < 1e-8) || !(std::abs(volume) > 1e-12)) continue;
+    ++flat;
+    CHECK(one.measure(version).largest == other.measure(version).largest);
   }
 }
 

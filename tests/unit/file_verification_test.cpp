@@ -509,6 +509,40 @@ TEST_CASE("verification: stated errors that are not true") {
   CHECK(find(found, "squared error of 'flow' is not") != nullptr);
 }
 
+TEST_CASE("verification: a huge value elsewhere hides no squared error") {
+  TetMesh mesh = grid({{4, 4, 4}, {}, 3, 4});
+  test::add_array(mesh, "filled", ScalarType::kFloat64, 1,
+                  [](const Point& p) { return std::vector<double>{std::sin(0.05 * p[0]) + 1e-4 * p[1] * p[2]}; });
+  const double fill = 1e15;
+  std::memcpy(mesh.point_arrays.back().bytes.data(), &fill, sizeof fill);
+  const PreparedMesh prepared = prepare(mesh);
+  BuildOptions options;
+  options.fields = {"filled"};
+  options.target_vertices = 0.1;
+  options.max_domain_error = {0.3, true};
+  BuildReport report;
+  RecordStream records = build::build_records(prepared, options, report, {});
+  const auto check = [&] {
+    Found found;
+    const auto tell = [&](const file::Violation& violation) { found.push_back(violation); };
+    const file::Verified verified =
+        file::verify(file::over_memory(file::encode(prepared.mesh, records, kExactManifest)), tell);
+    (void)file::check_stated_errors(verified, 0, tell);
+    return found;
+  };
+  const Found sound = check();
+  INFO(list_of(sound));
+  CHECK(sound.empty());
+  std::size_t spoiled = 0;
+  while (!(records.squared_error[spoiled] > 1 && records.squared_error[spoiled] < 1e6))
+    ++spoiled;
+  records.squared_error[spoiled] *= 1.5;
+  const Found found = check();
+  INFO(list_of(found));
+  REQUIRE(found.size() == 1);
+  CHECK(find(found, "squared error of 'filled' is not") != nullptr);
+}
+
 TEST_CASE("verification: rounding is no error, far from the origin and in flat tets") {
   const auto transformed = [](const std::function<Point(const Point&)>& to) {
     TetMesh mesh = grid({{5, 5, 4}, {}, 0, 4});
@@ -526,16 +560,20 @@ TEST_CASE("verification: rounding is no error, far from the origin and in flat t
   options.target_vertices = 0.1;
   options.max_domain_error = {0.3, true};
   options.min_quality = 0;
-  for (const bool far : {true, false}) {
-    INFO((far ? "far" : "flat"));
-    // Easting and northing in metres; a plate around the origin.
-    const PreparedMesh prepared =
-        prepare(far ? transformed([](const Point& p) {
-          return Point{0.37 * p[0] + 4.5e5, 0.41 * p[1] + 5e6, 0.39 * p[2]};
-        })
-                    : transformed([](const Point& p) {
-                        return Point{0.8 * p[0] - 0.6e-9 * p[2], p[1], 0.6 * p[0] + 0.8e-9 * p[2]};
-                      }));
+  // Easting and northing in metres; further still; a plate around the origin.
+  const std::vector<std::function<Point(const Point&)>> placings = {
+      [](const Point& p) {
+        return Point{0.37 * p[0] + 4.5e5, 0.41 * p[1] + 5e6, 0.39 * p[2]};
+      },
+      [](const Point& p) {
+        return Point{p[0] / 8 + 1e9, p[1] / 8 - 1e9, p[2] / 8 + 2e9};
+      },
+      [](const Point& p) {
+        return Point{0.8 * p[0] - 0.6e-9 * p[2], p[1], 0.6 * p[0] + 0.8e-9 * p[2]};
+      }};
+  for (std::size_t i = 0; i < placings.size(); ++i) {
+    INFO("placing " << i);
+    const PreparedMesh prepared = prepare(transformed(placings[i]));
     BuildReport report;
     const RecordStream records = build::build_records(prepared, options, report, {});
     REQUIRE(records.size() > 20);

@@ -131,6 +131,27 @@ TEST_CASE("prepare gives the same result for the same mesh", "[prepare]") {
   CHECK(a.boundary_faces == b.boundary_faces);
 }
 
+TEST_CASE("prepare takes an origin near the mesh off its points, exactly", "[prepare]") {
+  const auto moved = [](const Point& by) {
+    std::vector<Point> points = kFivePoints;
+    for (Point& p : points)
+      p = {p[0] / 3 + by[0], p[1] / 3 + by[1], p[2] / 3 + by[2]};
+    return make_mesh(points, {{0, 2, 1, 3}, {4, 2, 1, 3}}, ScalarType::kFloat64);
+  };
+  const auto check = [&](const Point& by, const Point& origin) {
+    const PreparedMesh prepared = prepare(moved(by));
+    for (std::uint32_t v = 0; v < prepared.points.size(); ++v)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        CHECK(prepared.points[v][axis] + origin[axis] == prepared.mesh.position(VertexId{v})[axis]);
+        if (origin[axis] != 0) CHECK(std::abs(prepared.points[v][axis]) <= 0.34);
+      }
+  };
+  check({0, 0, 0}, {0, 0, 0});
+  check({2, -3, -0.1}, {0, 0, 0});
+  check({1e9, 2, 0}, {1e9, 0, 0});
+  check({5e6, -1e9, 6}, {5e6, -1e9 + 1.0 / 3, 6});
+}
+
 TEST_CASE("prepare orients inverted tets and says so", "[prepare]") {
   const TetMesh mesh = make_mesh(kFivePoints, {{0, 2, 1, 3}, {4, 2, 1, 3}});
   const PreparedMesh prepared = prepare(mesh);

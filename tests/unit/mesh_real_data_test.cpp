@@ -15,12 +15,16 @@ struct RealMesh {
   std::uint64_t vertices, tets, boundary_faces, boundary_components;
   std::int64_t boundary_euler_characteristic; // of one surface of genus g: 2 - 2 g
   std::uint64_t near_flat_tets;
+  std::uint64_t crossing_faces; ///< pairs
 };
 
 const std::vector<RealMesh> kRealMeshes = {
-    {"fire_ug.vtu", 12323, 62772, 7092, 1, 2, 0},        {"pulley.vtu", 14762, 63767, 15582, 1, -16, 0},
-    {"fea_bracket.vtu", 16468, 56786, 25696, 1, -16, 0}, {"seamount.vtu", 20004, 100450, 9116, 1, 2, 0},
-    {"bluntfin.vtu", 40921, 187356, 13438, 1, 2, 49},    {"motorbike.vtu", 455682, 2573753, 125976, 204, 248, 2},
+    {"fire_ug.vtu", 12323, 62772, 7092, 1, 2, 0, 0},
+    {"pulley.vtu", 14762, 63767, 15582, 1, -16, 0, 0},
+    {"fea_bracket.vtu", 16468, 56786, 25696, 1, -16, 0, 0},
+    {"seamount.vtu", 20004, 100450, 9116, 1, 2, 0, 0},
+    {"bluntfin.vtu", 40921, 187356, 13438, 1, 2, 49, 0},
+    {"motorbike.vtu", 455682, 2573753, 125976, 204, 248, 2, 30437},
 };
 
 } // namespace
@@ -43,10 +47,16 @@ TEST_CASE("real meshes are sound and of known topology", "[validate][prepare][da
     CHECK(report.boundary_euler_characteristic == expected.boundary_euler_characteristic);
     // A 3-manifold's Euler characteristic is half that of its boundary.
     CHECK(2 * report.euler_characteristic == expected.boundary_euler_characteristic);
-    REQUIRE(report.findings.size() == (expected.near_flat_tets > 0 ? 1 : 0));
+    REQUIRE(report.findings.size() ==
+            (expected.near_flat_tets > 0 ? 1U : 0U) + (expected.crossing_faces > 0 ? 2U : 0U));
     if (expected.near_flat_tets > 0) {
       CHECK(report.findings[0].code == "near-flat-tets");
       CHECK(report.findings[0].count == expected.near_flat_tets);
+    }
+    if (expected.crossing_faces > 0) {
+      CHECK(report.findings[1].code == "crossing-boundary-faces");
+      CHECK(report.findings[1].count == expected.crossing_faces);
+      CHECK(report.findings[2].code == "overlapping-tets");
     }
 
     std::vector<ptet::Tet> given = mesh.tets;

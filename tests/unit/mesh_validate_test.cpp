@@ -143,6 +143,48 @@ TEST_CASE("non-manifold places", "[validate]") {
   check_findings(test::pinched_vertex(), {{"non-manifold-vertices", Severity::kWarning, 1, {0}}});
 }
 
+TEST_CASE("parts that overlap, and those that touch", "[validate]") {
+  // A grid of cells of width 16 and the same once more, elsewhere and in another size.
+  const auto with = [](const TetMesh& one, double scale, const Point& by) {
+    std::vector<Point> points;
+    std::vector<std::array<std::uint32_t, 4>> tets;
+    for (const bool moved : {false, true}) {
+      const auto first = static_cast<std::uint32_t>(points.size());
+      for (std::uint32_t v = 0; v < one.vertex_count(); ++v) {
+        const Point p = one.position(VertexId{v});
+        points.push_back(moved ? Point{scale * p[0] + by[0], scale * p[1] + by[1], scale * p[2] + by[2]} : p);
+      }
+      for (const Tet& t : one.tets)
+        tets.push_back({first + t[0].index(), first + t[1].index(), first + t[2].index(), first + t[3].index()});
+    }
+    return make_mesh(points, tets, ScalarType::kFloat64);
+  };
+  const auto count = [](const TetMesh& mesh, const std::string& code) {
+    std::uint64_t found = 0;
+    for (const Finding& finding : validate(mesh).findings)
+      if (finding.code == code) found += finding.count;
+    return found;
+  };
+  const TetMesh jittered = test::grid({{3, 3, 3}, {}, 2, 1});
+  CHECK(validate(with(jittered, 1, {60, 3, 5})).findings.empty());
+  const TetMesh crossing = with(jittered, 1, {20, 21, 22});
+  CHECK(count(crossing, "crossing-boundary-faces") > 0);
+  CHECK(count(crossing, "overlapping-tets") > 0);
+  const TetMesh nested = with(jittered, 0.25, {18, 18, 18});
+  CHECK(count(nested, "crossing-boundary-faces") == 0);
+  const std::uint64_t at_boundary = count(nested, "overlapping-tets"); // of the inner one
+  CHECK(at_boundary > 54);
+  const TetMesh twice = with(jittered, 1, {0, 0, 0});
+  CHECK(count(twice, "crossing-boundary-faces") == 0);
+  CHECK(count(twice, "overlapping-tets") == 2 * at_boundary);
+  // In line with one another no face crosses another properly, and many rays come upon edges.
+  const TetMesh plain = test::grid({{3, 3, 3}, {}, 0, 1});
+  CHECK(count(with(plain, 1, {24, 0, 0}), "overlapping-tets") > 0);
+  const TetMesh common_wall = with(plain, 1, {48, 0, 0});
+  CHECK(count(common_wall, "crossing-boundary-faces") == 0);
+  CHECK(count(common_wall, "overlapping-tets") == 0);
+}
+
 TEST_CASE("unused and coincident points", "[validate]") {
   std::vector<Point> points = kFivePoints;
   points.push_back(points[0]);

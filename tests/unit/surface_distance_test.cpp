@@ -146,6 +146,34 @@ TEST_CASE("triangle surface: over a flat patch of many triangles", "[surface-dis
         Approx(plain_distance(at(2, 0.4, 0), flat)));
 }
 
+TEST_CASE("triangle surface: far from the origin no less is told", "[surface-distance]") {
+  // All coordinates are multiples of 2^-10 and exact at 2^30, where sums of others round to 2^-22.
+  const auto placed = [](Triangle t, double far) {
+    for (Point& p : t)
+      for (double& x : p)
+        x += far;
+    return t;
+  };
+  const std::vector<Triangle> flat = patch(24, {6, 3, 1.5}, {-1.5, 3, 4.5}, [](double, double) { return 0.0; });
+  const auto at = [](double a, double b) { return Point{6 * a - 1.5 * b, 3 * a + 3 * b, 1.5 * a + 4.5 * b}; };
+  const Triangle within{at(0.125, 0.0625), at(0.875, 0.25), at(0.25, 0.9375)};
+  const Triangle lifted = placed(within, 0.25);
+  const TriangleSurface surface(flat);
+  const DistanceBounds near = surface.farthest(lifted, 0.01, 0);
+  for (const double far : {0x1p30, -0x1p30}) {
+    std::vector<Triangle> there;
+    for (const Triangle& t : flat)
+      there.push_back(placed(t, far));
+    const TriangleSurface far_surface(there);
+    CHECK(far_surface.triangle(7) == there[7]);
+    CHECK(far_surface.farthest(placed(within, far), 0.01, 0).upper < 1e-12);
+    const DistanceBounds bounds = far_surface.farthest(placed(lifted, far), 0.01, 0);
+    CHECK(bounds.lower == Approx(near.lower).epsilon(1e-12));
+    CHECK(bounds.upper == Approx(near.upper).epsilon(1e-12));
+    CHECK(far_surface.distance_sq(placed(lifted, far)[1]) == Approx(surface.distance_sq(lifted[1])).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("triangle surface: a peak between the corners", "[surface-distance]") {
   // A large triangle at height 0 under a tent with its ridge at height 1: farthest under the ridge, not at a corner.
   const std::vector<Triangle> tent =

@@ -29,6 +29,9 @@ vtu('$mesh', points, tets, wave(points))"
 fi
 "$ptet" build "$mesh" -o build/test/made/mesh.ptet --method QN --evaluate vertices --quiet
 
+step "What the page shows of bounds"
+node brief_up_test.js
+
 step "The page in a browser"
 node page_test.js build/test/made/mesh.ptet "$ptet" build/test
 

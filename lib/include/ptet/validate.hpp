@@ -59,8 +59,8 @@ struct MeshReport {
 
 /// Examines the mesh: ids in range, finite positions and values, repeated vertices in a tet, duplicate tets, faces of
 /// more than two tets, folded faces (both tets on the same side), inverted and flat tets (exact orientation
-/// predicate), unused and coincident points, non-manifold boundary edges and vertices, components, Euler
-/// characteristic.
+/// predicate), parts that overlap, unused and coincident points, non-manifold boundary edges and vertices, components,
+/// Euler characteristic.
 ///
 /// Returns a report that holds every finding, not only the first.
 /// Throws Error: kCancelled when `progress` returns false, kLimit for more than 2^28 tets or 2^32 - 2 vertices; nothing

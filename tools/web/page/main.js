@@ -1,6 +1,7 @@
 // The page: controls -> state -> worker -> picture and numbers. The state is also what a link holds:
 //   ?file=URL&error=0.05&boundary=0.01&focus=x,y,z,x,y,z&field=NAME&show=cut,edges&axis=y&plane=0.5&flip=1&level=0.5
 //    &camera=...
+import { briefUp, percentUp } from "./brief-up.js";
 import { FocusBox } from "./focus-box.js";
 import { Scene, colourGradient } from "./scene.js";
 
@@ -188,6 +189,7 @@ function showFetched({ bytes, of, requests }) {
 
 function describe(mesh) {
   const share = (of) => (of === 0 ? "" : ` (${percent(of)})`);
+  const shareUp = (of) => (of === 0 ? "" : ` (${percentUp(of)})`); // what is stated is a bound
   $("tets").textContent = count(mesh.tets) + share(mesh.tets / info.tets);
   $("tets").dataset.value = mesh.tets;
   $("vertices").textContent = count(mesh.vertices) + share(mesh.vertices / info.vertices);
@@ -195,14 +197,14 @@ function describe(mesh) {
     .filter((field) => field.governing)
     .forEach((field, i) => {
       const { dataset, lastChild: cell } = $("errors").children[i];
-      const text = (value) => brief(value) + share(field.range > 0 ? value / field.range : 0);
+      const text = (value) => briefUp(value) + shareUp(field.range > 0 ? value / field.range : 0);
       cell.textContent = text(mesh.fieldError[i]);
       dataset.error = mesh.fieldError[i];
       if (mesh.rmsError.length === 0) return;
       cell.append(document.createElement("br"), `RMS ${text(mesh.rmsError[i])}`);
       dataset.rms = mesh.rmsError[i];
     });
-  $("domain-error").textContent = `${brief(mesh.domainError)}${share(mesh.domainError / info.diagonal)}`;
+  $("domain-error").textContent = `${briefUp(mesh.domainError)}${shareUp(mesh.domainError / info.diagonal)}`;
   $("domain-error").dataset.value = mesh.domainError;
   $("limited-by").textContent = mesh.isLoading ? "loading" : mesh.limitedBy;
   $("time").textContent =

@@ -1,4 +1,4 @@
-#include "error/box_tree.hpp"
+#include "mesh/box_tree.hpp"
 
 #include <numeric>
 

@@ -1,0 +1,133 @@
+#include "mesh/overlaps.hpp"
+
+#include "mesh/box_tree.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace ptet {
+namespace {
+
+using Corners = std::array<Point, 3>;
+
+bool share_vertex(const Face& s, const Face& t) {
+  return std::any_of(s.begin(), s.end(), [&](VertexId v) { return std::find(t.begin(), t.end(), v) != t.end(); });
+}
+
+/// Whether the segment from p to q surely goes through the inside of the triangle: +1 from its inner side to its outer
+/// side, -1 the other way; 0 when it surely does not, nothing when that is too close to tell.
+std::optional<int> passing(const Point& p, const Point& q, const Corners& t) {
+  const int from = sure_orientation(t[0], t[1], t[2], p);
+  const int to = sure_orientation(t[0], t[1], t[2], q);
+  if (from != 0 && from == to) return 0;
+  std::array<int, 3> side{};
+  for (std::size_t i = 0; i < 3; ++i)
+    side[i] = sure_orientation(p, q, t[i], t[(i + 1) % 3]);
+  const bool any_positive = std::find(side.begin(), side.end(), 1) != side.end();
+  const bool any_negative = std::find(side.begin(), side.end(), -1) != side.end();
+  if (any_positive && any_negative) return 0;
+  if (from == 0 || to == 0 || std::find(side.begin(), side.end(), 0) != side.end()) return std::nullopt;
+  return to;
+}
+
+class Finder {
+public:
+  Finder(std::span<const Point> points, std::span<const Tet> tets, const BoundarySurface& boundary)
+      : points_(points), tets_(tets), boundary_(boundary), tree_(boxes_of(points, boundary.faces)) {}
+
+  [[nodiscard]] Overlaps run() const {
+    Overlaps found;
+    for (std::uint32_t f = 0; f < boundary_.faces.size(); ++f)
+      find_crossing(f, found.crossing);
+    std::sort(found.crossing.begin(), found.crossing.end());
+    std::uint32_t last = kNoTet;
+    for (const HalfFace h : boundary_.half_faces)
+      if (h / 4 != last) {
+        last = h / 4;
+        if (covering(last) > 1) found.within.push_back(last);
+      }
+    return found;
+  }
+
+private:
+  static constexpr std::uint32_t kNoTet = 0xffffffff;
+
+  static std::vector<BoundingBox> boxes_of(std::span<const Point> points, const std::vector<Face>& faces) {
+    std::vector<BoundingBox> boxes;
+    boxes.reserve(faces.size());
+    for (const Face& face : faces)
+      boxes.push_back(box_of<3>({points[face[0].index()], points[face[1].index()], points[face[2].index()]}));
+    return boxes;
+  }
+  [[nodiscard]] Corners corners(std::uint32_t face) const {
+    const Face& f = boundary_.faces[face];
+    return {points_[f[0].index()], points_[f[1].index()], points_[f[2].index()]};
+  }
+
+  void find_crossing(std::uint32_t f, std::vector<std::array<std::uint32_t, 2>>& found) const {
+    const Corners s = corners(f);
+    tree_.each_meeting(box_of(s), [&](std::uint32_t other) {
+      if (other <= f || share_vertex(boundary_.faces[f], boundary_.faces[other])) return;
+      const Corners t = corners(other);
+      bool cross = false;
+      for (std::size_t i = 0; i < 3 && !cross; ++i)
+        cross = passing(s[i], s[(i + 1) % 3], t).value_or(0) != 0 || passing(t[i], t[(i + 1) % 3], s).value_or(0) != 0;
+      if (!cross) return;
+      found.push_back({boundary_.half_faces[f] / 4, boundary_.half_faces[other] / 4}); // ascending
+    });
+  }
+
+  /// How many tets hold a point in the middle of tet `t`, or 1 where that is too close to tell.
+  [[nodiscard]] int covering(std::uint32_t t) const {
+    // From the centroid, or beside it when the ray comes upon an edge.
+    for (const auto& weight :
+         {std::array{.25, .25, .25, .25}, std::array{.31, .27, .23, .19}, std::array{.21, .19, .28, .32}}) {
+      Point p{};
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          p[axis] += weight[i] * points_[tets_[t][i].index()][axis];
+      if (!holds(t, p)) return 1;
+      if (const std::optional<int> count = leaving(p)) return *count;
+    }
+    return 1;
+  }
+  [[nodiscard]] bool holds(std::uint32_t t, const Point& p) const {
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      const Face face = face_of(tets_, 4 * t + k);
+      if (sure_orientation(points_[face[0].index()], points_[face[1].index()], points_[face[2].index()], p) != -1)
+        return false;
+    }
+    return true;
+  }
+
+  /// How often a ray along the first axis leaves the mesh, less how often it enters it.
+  [[nodiscard]] std::optional<int> leaving(const Point& p) const {
+    const BoundingBox& box = tree_.nodes()[0].box;
+    Point end = p;
+    end[0] = box.high[0] + (box.high[0] - box.low[0]);
+    BoundingBox ray;
+    ray.add(p);
+    ray.add(end);
+    int count = 0;
+    bool sure = true;
+    tree_.each_meeting(ray, [&](std::uint32_t face) {
+      const std::optional<int> passed = passing(p, end, corners(face));
+      sure = sure && passed.has_value();
+      count += passed.value_or(0);
+    });
+    return sure ? std::optional(count) : std::nullopt;
+  }
+
+  std::span<const Point> points_;
+  std::span<const Tet> tets_;
+  const BoundarySurface& boundary_;
+  BoxTree tree_;
+};
+
+} // namespace
+
+Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets, const BoundarySurface& boundary) {
+  return boundary.faces.empty() ? Overlaps{} : Finder(points, tets, boundary).run();
+}
+
+} // namespace ptet

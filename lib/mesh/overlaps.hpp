@@ -1,0 +1,31 @@
+// Where parts of a mesh overlap: bodies that lie in one another or reach into one another, or one that reaches into
+// itself. Seen at the boundary, of which each overlap has some.
+//
+//     ________                    crossing    an edge of a boundary face pierces another face
+//    |    ____|____               within      a ray from a tet leaves the mesh more often than it enters it, by two or
+//    | A |    | B  |                          more: so many tets hold the point that it starts from
+//    |___|____|    |
+//        |_________|              What only touches, as unwelded bodies with a common wall do, overlaps nowhere.
+#pragma once
+
+#include "mesh/topology.hpp"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace ptet {
+
+struct Overlaps {
+  /// Pairs of tets with boundary faces that cross in their insides, the smaller one first; ascending. Faces with a
+  /// common vertex are not looked at, nor what floating-point numbers are not sure of.
+  std::vector<std::array<std::uint32_t, 2>> crossing;
+  std::vector<std::uint32_t> within; ///< tets with a boundary face whose centroid other tets hold, too; ascending
+};
+
+/// Tets positively oriented or flat, no faces folded or of more than two tets. What is found is there; overlaps much
+/// smaller than the tets around them may be missed. Cost: some microseconds a boundary face.
+[[nodiscard]] Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets,
+                                     const BoundarySurface& boundary);
+
+} // namespace ptet
