@@ -222,7 +222,7 @@ void print_parts(const Extraction& extraction, const Request& request, const Dat
 } // namespace
 
 void print_json(const ExtractOutcome& outcome) {
-  const auto& [input, output, info, request, extraction, seconds, write_seconds] = outcome;
+  const auto& [input, output, info, request, extraction, seconds, write_seconds, notes] = outcome;
   Json json;
   json["asked"] = asked_json(request, info);
   json["achieved"] = achieved_json(extraction, info);
@@ -237,13 +237,14 @@ void print_json(const ExtractOutcome& outcome) {
   for (const BlockFailure& failure : extraction.failures)
     json["failures"].push_back(
         {{"block", failure.block}, {"byte_offset", failure.byte_offset}, {"message", failure.message}});
+  json["notes"] = notes;
   json["output"] = output ? Json(*output) : Json(nullptr);
   if (output) json["write_seconds"] = write_seconds;
   print(json);
 }
 
 void print_text(const ExtractOutcome& outcome) {
-  const auto& [input, output, info, request, extraction, seconds, write_seconds] = outcome;
+  const auto& [input, output, info, request, extraction, seconds, write_seconds, notes] = outcome;
   const auto share = [](std::uint64_t part, std::uint64_t whole) {
     return percent(static_cast<double>(part), static_cast<double>(whole));
   };
@@ -269,6 +270,8 @@ void print_text(const ExtractOutcome& outcome) {
   out << "  limited   by " << explain(request, extraction) << '\n';
   out << "  time      " << brief(seconds, 3) << " s, " << counted(extraction.bytes_read, "byte") << " read of "
       << grouped(info.file_bytes) << '\n';
+  for (const std::string& note : notes)
+    out << "  note      " << note << '\n';
   if (output) out << "  written   " << *output << " in " << brief(write_seconds, 3) << " s\n";
 }
 

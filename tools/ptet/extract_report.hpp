@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace ptet::cli {
 
@@ -17,6 +18,7 @@ struct ExtractOutcome {
   Extraction extraction;
   double seconds = 0; ///< opening and extraction
   double write_seconds = 0;
+  std::vector<std::string> notes;
 };
 
 void print_json(const ExtractOutcome& outcome);
