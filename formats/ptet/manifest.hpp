@@ -2,6 +2,7 @@
 // through our own bounded little-endian archive (archive.hpp), values only.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -19,6 +20,12 @@ struct Manifest {
   template <class Archive>
   void serialize(Archive& archive, unsigned /*version*/) {
     archive& tool_version& source_name& source_hash& options& notes;
+  }
+
+  /// Whether the build has measured the errors everywhere, so that they are bounds; else they are what it has seen.
+  [[nodiscard]] bool states_bounds() const {
+    return std::find(options.begin(), options.end(), std::pair<std::string, std::string>{"evaluate", "exact"}) !=
+           options.end();
   }
 
   friend bool operator==(const Manifest&, const Manifest&) = default;

@@ -239,11 +239,6 @@ private:
   std::vector<std::uint32_t> block_of_;
 };
 
-bool says_exact(const Manifest& manifest) {
-  return std::find(manifest.options.begin(), manifest.options.end(),
-                   std::pair<std::string, std::string>{"evaluate", "exact"}) != manifest.options.end();
-}
-
 } // namespace
 
 StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples, const Violations& violations,
@@ -253,7 +248,7 @@ StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples
       throw Error(ErrorCode::kCancelled, "the verification was cancelled");
   };
   StatedErrors result;
-  result.are_bounds = says_exact(verified.reader->manifest());
+  result.are_bounds = verified.reader->manifest().states_bounds();
   go_on(0, 0);
   const Measurer measurer(verified);
   Judge judge(verified, measurer, result, violations);

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <set>
 #include <sstream>
+#include <vector>
 
 #include <vtkExodusIIReader.h>
 #include <vtkInformation.h>
@@ -78,8 +81,9 @@ void note_parts(int file, const ex_init_params& sizes, const std::vector<std::in
   note_sets(sizes.num_side_sets, "side");
 }
 
-/// Asks for what VTK's reader will ask for: it goes on after a refusal, with tables that it has not filled.
-void check_exodus(const Source& source, const Assembler& assembler) {
+/// Asks for what VTK's reader will ask for: it goes on after a refusal, with tables that it has not filled. Returns the
+/// ids of the element blocks, in the order of the file.
+std::vector<std::int64_t> check_exodus(const Source& source, const Assembler& assembler) {
   int word_bytes = sizeof(double);
   int file_word_bytes = 0;
   float version = 0;
@@ -103,17 +107,18 @@ void check_exodus(const Source& source, const Assembler& assembler) {
       assembler.fail("is damaged: block " + std::to_string(id) + " cannot be read");
     cells += block.num_entry;
   }
-  std::sort(ids.begin(), ids.end());
-  if (std::adjacent_find(ids.begin(), ids.end()) != ids.end()) assembler.fail("is damaged: two blocks have one id");
+  if (std::set<std::int64_t>(ids.begin(), ids.end()).size() != ids.size())
+    assembler.fail("is damaged: two blocks have one id");
   if (cells != sizes.num_elem) assembler.fail("is damaged: its blocks do not hold as many cells as it says");
   note_parts(file, sizes, ids, source.report);
+  return ids;
 }
 
 } // namespace
 
 void read_exodus(const Source& source, Assembler& assembler) {
   check_netcdf(source, assembler);
-  check_exodus(source, assembler);
+  const std::vector<std::int64_t> ids = check_exodus(source, assembler);
   vtkNew<vtkExodusIIReader> reader;
   reader->SetFileName(source.path.c_str());
   reader->UpdateInformation();
@@ -138,9 +143,15 @@ void read_exodus(const Source& source, Assembler& assembler) {
   source.messages.throw_on_error(source.path);
 
   auto* blocks = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutput()->GetBlock(kElementBlocks));
+  // VTK has the blocks by their ids; cells are to come in the order of the file.
+  std::map<std::int64_t, vtkUnstructuredGrid*> by_id;
+  for (unsigned i = 0; blocks && i < blocks->GetNumberOfBlocks(); ++i)
+    by_id[reader->GetObjectId(vtkExodusIIReader::ELEM_BLOCK, static_cast<int>(i))] =
+        vtkUnstructuredGrid::SafeDownCast(blocks->GetBlock(i));
   vtkIdType points = -1;
-  for (unsigned i = 0; blocks && i < blocks->GetNumberOfBlocks(); ++i) {
-    auto* grid = vtkUnstructuredGrid::SafeDownCast(blocks->GetBlock(i));
+  for (const std::int64_t id : ids) {
+    const auto found = by_id.find(id);
+    vtkUnstructuredGrid* const grid = found != by_id.end() ? found->second : nullptr;
     if (!grid) continue;
     if (points < 0) {
       points = grid->GetNumberOfPoints();

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
 
 #include <vtkBase64InputStream.h>
 #include <vtkCallbackCommand.h>
@@ -157,6 +160,8 @@ protected:
 
   using vtkXMLUnstructuredGridReader::ReadPiece;
   int ReadPiece(vtkXMLDataElement* piece) override {
+    for (int i = 0; i < piece->GetNumberOfNestedElements(); ++i)
+      if (!keep_last_step(*piece->GetNestedElement(i))) return 0;
     if (!Superclass::ReadPiece(piece)) return 0;
     vtkXMLDataElement* points = PointElements[Piece];
     vtkXMLDataElement* point_data = PointDataElements[Piece];
@@ -183,10 +188,17 @@ protected:
       vtkErrorMacro("points of piece " << Piece << " do not have three coordinates.");
       return 0;
     }
-    if (Piece == 0) first_layout_ = layout;
-    if (point_count > 0 && layout != first_layout_) {
-      vtkErrorMacro("piece " << Piece << " has other point arrays than piece 0: " << layout << " instead of "
-                             << first_layout_ << ".");
+    if (point_count > 0 && !first_layout_) {
+      first_layout_ = layout;
+      // VTK asks the first piece, which may be empty, without arrays.
+      for (int empty = 0; empty < Piece; ++empty) {
+        PointElements[empty] = points;
+        PointDataElements[empty] = point_data;
+      }
+    }
+    if (point_count > 0 && layout != *first_layout_) {
+      vtkErrorMacro("piece " << Piece << " has other point arrays than those before it: " << layout << " instead of "
+                             << *first_layout_ << ".");
       return 0;
     }
     return 1;
@@ -205,6 +217,56 @@ protected:
   }
 
 private:
+  /// VTK's writer puts the arrays of all time steps side by side, under the same names; in some modes all are called
+  /// step 0. VTK's reader then takes the first of a name, or leaves what is not of its step as it finds it in memory.
+  bool keep_last_step(vtkXMLDataElement& data) {
+    struct Step {
+      int number = -1;
+      vtkXMLDataElement* array = nullptr;
+      int count = 0;
+    };
+    std::map<std::string, Step> last;
+    std::vector<vtkXMLDataElement*> gone;
+    for (int i = 0; i < data.GetNumberOfNestedElements(); ++i) {
+      vtkXMLDataElement* const array = data.GetNestedElement(i);
+      const int number = last_step_of(*array);
+      if (number < 0) continue;
+      Step& step = last[attribute(*array, "Name")];
+      ++step.count;
+      gone.push_back(number < step.number ? array : step.array);
+      if (number < step.number) continue;
+      step.number = number;
+      step.array = array;
+    }
+    int steps = 0;
+    for (const auto& [name, step] : last) {
+      if (std::max(step.number + 1, step.count) < GetNumberOfTimeSteps()) {
+        vtkErrorMacro("array '" << name << "' is not there for the last of " << GetNumberOfTimeSteps()
+                                << " time steps. (VTK's writer leaves such files unless it appends its data; write one "
+                                   "file a step.)");
+        return false;
+      }
+      step.array->RemoveAttribute("TimeStep");
+      steps = std::max(steps, step.count);
+    }
+    for (vtkXMLDataElement* const array : gone)
+      if (array) data.RemoveNestedElement(array);
+    if (steps < 2 || Piece != 0) return true;
+    std::string note =
+        "the values are those of the last of " + grouped(static_cast<std::uint64_t>(steps)) + " time steps";
+    if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
+    return true;
+  }
+
+  /// The last of the steps that an array is for; -1 when it is for all of them.
+  static int last_step_of(vtkXMLDataElement& array) {
+    std::istringstream steps(attribute(array, "TimeStep"));
+    int last = -1;
+    for (int step = 0; steps >> step;)
+      last = std::max(last, step);
+    return last;
+  }
+
   void leave_out(vtkXMLDataElement& data) {
     std::set<std::string> taken;
     for (int i = 0; i < data.GetNumberOfNestedElements(); ++i) {
@@ -266,7 +328,7 @@ private:
     return layout;
   }
 
-  std::string first_layout_;
+  std::optional<std::string> first_layout_; ///< of the first piece that has points
 };
 
 std::uint64_t file_size(const std::string& path) {
@@ -298,7 +360,22 @@ vtkSmartPointer<CheckedReader> opened(const Source& source) {
   return reader;
 }
 
-/// Calls `visit(Source)` with each piece of a PVTU; returns how many there are.
+/// Whether a file of a PVTU is that of a process that had nothing: VTK writes it without points, and refuses it.
+bool is_empty(const std::string& path) {
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(path.c_str());
+  vtkXMLDataElement* const root = parser->Parse() ? parser->GetRootElement() : nullptr;
+  vtkXMLDataElement* const grid = root ? root->FindNestedElementWithName("UnstructuredGrid") : nullptr;
+  if (!grid) return false;
+  for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
+    int points = -1;
+    grid->GetNestedElement(i)->GetScalarAttribute("NumberOfPoints", points);
+    if (points != 0) return false;
+  }
+  return true;
+}
+
+/// Calls `visit(Source)` with each piece of a PVTU that holds anything; returns how many there are.
 template <class Visit>
 int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) {
   vtkNew<vtkXMLDataParser> parser;
@@ -311,6 +388,7 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
 
   const std::filesystem::path folder = std::filesystem::path(source.path).parent_path();
   int pieces = 0;
+  int full_pieces = 0;
   for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
     vtkXMLDataElement& element = *grid->GetNestedElement(i);
     if (std::string(element.GetName()) != "Piece") continue;
@@ -319,11 +397,14 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
     // An absolute name replaces the folder.
     const std::string path = (folder / name).string();
     check_readable(path);
-    visit(Source{path, source.messages, source.progress, source.report});
     ++pieces;
+    if (is_empty(path)) continue;
+    visit(Source{path, source.messages, source.progress, source.report});
+    ++full_pieces;
   }
   if (pieces == 0) assembler.fail("names no pieces");
-  return pieces;
+  if (full_pieces == 0) assembler.fail("holds no cells: all of its pieces are empty");
+  return full_pieces;
 }
 
 } // namespace

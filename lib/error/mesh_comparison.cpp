@@ -200,6 +200,7 @@ MeshComparison::MeshComparison(const ComparedMesh& original, const ComparedMesh&
   if (original.values.size() != original.points.size() * channel_count_ ||
       simplified.values.size() != simplified.points.size() * channel_count_)
     throw Error(ErrorCode::kBadArgument, "a mesh to compare must have one value for each vertex and channel");
+  scale_values();
   original_tet_volume_.resize(original.tets.size());
   for (std::size_t t = 0; t < original.tets.size(); ++t) {
     original_tet_volume_[t] = original_sign_[t] == 0 ? 0 : volume_of(corners_of(original, t));
@@ -212,6 +213,45 @@ MeshComparison::MeshComparison(const ComparedMesh& original, const ComparedMesh&
     simplified_volume_ += volume_of(corners);
     simplified_sliver_[t] = !(flatness_of(corners) > kSliver);
   }
+}
+
+/// Divides the values of fields whose squares would be 0 or infinite by a power of two.
+void MeshComparison::scale_values() {
+  constexpr int kHarmless = 300; // in exponents of 2
+  scale_.assign(components_.size(), 1);
+  std::vector<double> by_channel;
+  std::size_t channel = 0;
+  for (std::size_t f = 0; f < components_.size(); ++f) {
+    double most = 0;
+    for (const std::span<const double> values : {original_.values, simplified_.values})
+      for (std::size_t row = 0; row < values.size(); row += channel_count_)
+        for (std::size_t c = channel; c < channel + components_[f]; ++c)
+          if (std::isfinite(values[row + c])) most = std::max(most, std::abs(values[row + c]));
+    if (most > 0 && std::abs(std::ilogb(most)) > kHarmless) scale_[f] = std::ldexp(1.0, std::ilogb(most));
+    by_channel.insert(by_channel.end(), components_[f], scale_[f]);
+    channel += components_[f];
+  }
+  if (std::count(scale_.begin(), scale_.end(), 1.0) == static_cast<std::ptrdiff_t>(scale_.size())) return;
+  const auto scaled = [&](std::span<const double>& values, std::vector<double>& into) {
+    into.assign(values.begin(), values.end());
+    for (std::size_t i = 0; i < into.size(); ++i)
+      into[i] /= by_channel[i % channel_count_];
+    values = into;
+  };
+  scaled(original_.values, original_scaled_);
+  scaled(simplified_.values, simplified_scaled_);
+}
+
+void MeshComparison::to_units(std::vector<FieldDifference>& fields) const {
+  for (std::size_t f = 0; f < fields.size(); ++f) {
+    fields[f].max *= scale_[f];
+    fields[f].scale = scale_[f];
+  }
+}
+
+void MeshComparison::to_units(std::vector<double>& by_field) const {
+  for (std::size_t i = 0; i < by_field.size(); ++i)
+    by_field[i] *= scale_[i % scale_.size()];
 }
 
 InsideDifference MeshComparison::exact_inside(const ProgressCallback& progress) const {
@@ -232,6 +272,8 @@ InsideDifference MeshComparison::exact_inside(const ProgressCallback& progress) 
     add(part, result.fields);
   result.volume = std::accumulate(result.cell_volume.begin(), result.cell_volume.end(), 0.0);
   divide(result.fields, result.volume);
+  to_units(result.fields);
+  to_units(result.cell_max);
   return result;
 }
 

@@ -18,6 +18,7 @@
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -34,9 +35,12 @@ struct ComparedMesh {
 };
 
 struct FieldDifference {
-  double max = 0; ///< in the units of the field
-  Point at{};     ///< where: the first place found with the greatest difference
-  double mean_square = 0;
+  double max = 0;         ///< in the units of the field
+  Point at{};             ///< where: the first place found with the greatest difference
+  double mean_square = 0; ///< divided by the square of `scale`
+  double scale = 1;       ///< a power of two; 1 unless squares of the field are nothing that a double holds
+
+  [[nodiscard]] double rms() const { return scale * std::sqrt(mean_square); }
 };
 
 /// Over the part of the original's domain that the simplified mesh covers. Where tets overlap others of their own
@@ -101,12 +105,17 @@ private:
   class Clipper;
   class Sampler;
   [[nodiscard]] std::size_t channels() const { return channel_count_; }
+  void scale_values();
+  void to_units(std::vector<FieldDifference>& fields) const;
+  void to_units(std::vector<double>& by_field) const;
 
   ComparedMesh original_, simplified_;
   std::vector<std::uint32_t> components_;
   std::size_t channel_count_ = 0;
-  std::vector<int> original_sign_, simplified_sign_; ///< exact orientation, by tet
-  std::vector<char> simplified_sliver_;              ///< by tet: 1 when it is so flat that it takes extended precision
+  std::vector<double> scale_;                               ///< by field, see FieldDifference
+  std::vector<double> original_scaled_, simplified_scaled_; ///< the values over it, where it is not 1
+  std::vector<int> original_sign_, simplified_sign_;        ///< exact orientation, by tet
+  std::vector<char> simplified_sliver_; ///< by tet: 1 when it is so flat that it takes extended precision
   std::vector<double> original_tet_volume_;
   double original_volume_ = 0, simplified_volume_ = 0;
   BoxTree simplified_tets_;

@@ -195,6 +195,8 @@ MeshComparison::Sampled MeshComparison::sampled(std::uint64_t samples, std::uint
   }
   divide(result.inside.fields, static_cast<double>(compared));
   divide(result.outside.fields, static_cast<double>(result.outside.points));
+  to_units(result.inside.fields);
+  to_units(result.outside.fields);
   const double volume_each = original_volume_ / static_cast<double>(samples);
   result.inside.volume = volume_each * static_cast<double>(result.inside.points);
   result.outside.volume = volume_each * static_cast<double>(result.outside.points);
@@ -230,6 +232,7 @@ VertexDifference MeshComparison::at_vertices(const ProgressCallback& progress) c
       if (boundary_surface_.size() > 0) raise(sampler.against_closest(p));
     }
   });
+  to_units(result.max);
   return result;
 }
 
@@ -274,6 +277,7 @@ OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside
     result.points += part.points;
   }
   divide(result.fields, static_cast<double>(result.points));
+  to_units(result.fields);
   return result;
 }
 

@@ -26,6 +26,7 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
   info.file_bytes = hierarchy.file_bytes();
   info.position_type = header.position_type;
   info.has_input_order = header.has_input_order;
+  info.errors_are_bounds = hierarchy.manifest().states_bounds();
   info.box_min = header.box_min;
   info.box_max = header.box_max;
   info.diagonal = header.diagonal;

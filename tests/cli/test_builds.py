@@ -271,6 +271,15 @@ class Measure(Case):
         text = self.ptet("measure", "fine.vtu", "fine.vtu", "--field", "q").stdout
         self.assertNotIn("over the volume of the original", text)
 
+    def test_what_reading_made_of_the_files_is_said(self):
+        pieces = pathlib.Path(__file__).resolve().parents[1] / "fixtures" / "two_pieces.pvtu"
+        for note in self.json("measure", pieces, pieces)["notes"]:
+            self.assertNotIn("not carried", note)
+        for command in (["measure", pieces, pieces], ["verify", "pieces.ptet", "--original", pieces]):
+            if command[0] == "verify":
+                self.ptet("build", pieces, "-o", "pieces.ptet", "--quiet")
+            self.assertIn("skipped 1 ghost cell", self.ptet(*command).stdout)
+
     def test_defects_are_counted(self):
         self.cube("fine.vtu", 2, self.quadratic)
         self.cube("turned.vtu", 2, self.quadratic, turned=[3, 5])

@@ -455,8 +455,8 @@ class Reports(Case):
     def test_extract(self):
         self.built_grid(8)
         report = self.json("extract", "grid.ptet", "--field-error", "10%,bumpy=0.02", "--domain-error", "1%")
-        self.assertEqual(set(report), {"asked", "achieved", "vertices", "tets", "bytes_read", "read_requests", "seconds",
-                                       "limited_by", "complete", "failures", "notes", "output"})
+        self.assertEqual(set(report), {"asked", "achieved", "vertices", "tets", "bytes", "bytes_read", "read_requests",
+                                       "seconds", "limited_by", "complete", "failures", "notes", "output"})
         self.assertEqual(report["notes"], [])
         self.assertIsNone(report["output"])
         self.assertEqual(report["limited_by"], "error")
@@ -467,7 +467,7 @@ class Reports(Case):
         for field, bound in asked["field_error"].items():
             self.assertLessEqual(achieved["field_error"][field], bound)
         self.assertLessEqual(achieved["domain_error"], asked["domain_error"])
-        self.assertEqual(set(achieved), {"field_error", "domain_error", "rms_error"})
+        self.assertEqual(set(achieved), {"field_error", "domain_error", "errors_are_bounds", "rms_error"})
         self.assertLess(report["vertices"], 729)
 
     def test_budgets(self):
@@ -528,6 +528,28 @@ class Reports(Case):
         self.built_grid(6)
         self.ptet("extract", "grid.ptet", "-o", "full.vtu")
         self.assertTrue(self.json("verify", "grid.ptet", "--original", "full.vtu")["ok"])
+
+    def test_errors_that_are_no_bounds_are_called_so(self):
+        points, tets = meshes.grid(6)
+        meshes.vtu(self.folder / "grid.vtu", points, tets, meshes.wave(points))
+        for evaluate, are_bounds in [("none", False), ("exact", True)]:
+            self.ptet("build", "grid.vtu", "--method", "QN", "--evaluate", evaluate, "-o", "qn.ptet", "--quiet")
+            self.assertEqual(self.json("info", "qn.ptet")["errors_are_bounds"], are_bounds)
+            report = self.json("extract", "qn.ptet", "--tets", "20%")
+            self.assertEqual(report["achieved"]["errors_are_bounds"], are_bounds)
+            self.assertTrue(self.json("extract", "qn.ptet")["achieved"]["errors_are_bounds"])  # the original
+            said = self.ptet("extract", "qn.ptet", "--tets", "20%").stdout
+            for text in [" within ", " about ", "the true ones may be larger"]:
+                self.assertEqual(text in said, are_bounds == (text == " within "), text)
+            self.assertEqual("the true ones may be larger" in self.ptet("info", "qn.ptet").stdout, not are_bounds)
+
+    def test_a_budget_of_bytes_counts_what_it_is_about(self):
+        points, tets = meshes.grid(6)
+        meshes.vtu(self.folder / "grid.vtu", points, tets, meshes.wave(points))
+        self.ptet("build", "grid.vtu", "--method", "QN", "--keep-order", "-o", "kept.ptet", "--quiet")
+        whole = self.json("extract", "kept.ptet")["bytes"]
+        done = self.ptet("extract", "kept.ptet", "--bytes", str(whole // 2), "--input-order", "-o", "half.vtu")
+        self.assertIn("budget: the next split does not fit", done.stdout)
 
     def test_it_comes_back_as_it_stood(self):
         points, tets = meshes.grid(5)

@@ -157,6 +157,21 @@ TEST_CASE("comparison: one tet with another value at one corner", "[mesh-compari
   CHECK(inside.fields[0].mean_square == Approx(0.9).epsilon(1e-14));
   CHECK(inside.cell_max == std::vector<double>{inside.fields[0].max});
 
+  // Squares of values need not be anything that a double holds.
+  for (const double unit : {1e-200, 1e200}) {
+    Sample small = a, large = b;
+    for (Sample* const sample : {&small, &large})
+      for (double& value : sample->values)
+        value *= unit;
+    const MeshComparison comparison = compare(small, large);
+    const InsideDifference found = comparison.exact_inside();
+    CHECK(found.fields[0].max == Approx(3 * unit).epsilon(1e-14));
+    CHECK(found.fields[0].rms() == Approx(std::sqrt(0.9) * unit).epsilon(1e-14));
+    CHECK(found.cell_max == std::vector<double>{found.fields[0].max});
+    CHECK(comparison.at_vertices().max[0] == Approx(3 * unit).epsilon(1e-14));
+    CHECK(comparison.sampled(1000, 1).inside.fields[0].rms() == Approx(std::sqrt(0.9) * unit).epsilon(0.1));
+  }
+
   // The orientation of tets does not matter.
   std::swap(b.mesh.tets[0][1], b.mesh.tets[0][2]);
   CHECK(compare(a, b).exact_inside().fields[0].mean_square == Approx(0.9).epsilon(1e-14));

@@ -191,6 +191,71 @@ TEST_CASE("several pieces of one file are joined, each with its own numbering", 
   }
 }
 
+TEST_CASE("an empty first piece has no say about arrays", "[vtk]") {
+  VtuText whole;
+  whole.point_data = array_text("Name=\"f\"", "1 2 3 4");
+  VtuText empty;
+  empty.counts = R"(NumberOfPoints="0" NumberOfCells="0")";
+  empty.points = R"(<DataArray type="Float64" NumberOfComponents="3" format="ascii"></DataArray>)";
+  empty.connectivity = empty.offsets = empty.types = "";
+  const TetMesh mesh = read_text(empty.file(empty.piece() + whole.piece() + empty.piece() + whole.piece()));
+  CHECK(mesh.positions.type == ScalarType::kFloat32);
+  REQUIRE(mesh.find("f"));
+  CHECK(mesh.find("f")->value(7, 0) == 4);
+  CHECK(mesh.tets.size() == 2);
+}
+
+TEST_CASE("pieces of a PVTU that hold nothing are passed over", "[vtk]") {
+  const TempFolder folder;
+  const std::string empty =
+      "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
+      "<UnstructuredGrid><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"><PointData></PointData></Piece>"
+      "</UnstructuredGrid></VTKFile>";
+  write_bytes(folder / "empty.vtu", empty);
+  write_bytes(folder / "full.vtu", VtuText().file());
+  const auto parallel = [&](const std::string& pieces) {
+    write_bytes(folder / "mesh.pvtu", "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">"
+                                      "<PUnstructuredGrid>" +
+                                          pieces + "</PUnstructuredGrid></VTKFile>");
+    return folder / "mesh.pvtu";
+  };
+  const std::string none = "<Piece Source=\"empty.vtu\"/>", one = "<Piece Source=\"full.vtu\"/>";
+  CHECK(read_mesh(parallel(none + one + none)).tets.size() == 1);
+  CHECK_THAT(failure_of(parallel(none + none)).message, Catch::Contains("all of its pieces are empty"));
+}
+
+TEST_CASE("of several time steps in one VTU the last is taken, and that is said", "[vtk]") {
+  // As VTK's writer puts them, in all modes but the appended one: every array once a step, all called step 0.
+  const bool counted = GENERATE(true, false);
+  const auto step = [&](int number) { return " TimeStep=\"" + std::to_string(counted ? number : 0) + "\""; };
+  VtuText text;
+  text.point_data = array_text("Name=\"f\"" + step(0), "1 2 3 4") + array_text("Name=\"still\"", "9 9 9 9") +
+                    array_text("Name=\"f\"" + step(1), "5 6 7 8");
+  const auto points = [&](int number, const std::string& rows) {
+    return "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\"" + step(number) + ">" + rows +
+           "</DataArray>";
+  };
+  text.points = points(0, "0 0 0 1 0 0 0 1 0 0 0 1") + points(1, "0 0 0 2 0 0 0 2 0 0 0 2");
+  std::string file = text.file();
+  const std::string types = "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\"";
+  file.insert(file.find(types), types + step(0) + ">10</DataArray>");
+  file.replace(file.rfind(types), types.size(), types + step(1));
+  ReadReport report;
+  const TetMesh mesh = read_text(file, &report);
+  REQUIRE(mesh.point_arrays.size() == 2);
+  REQUIRE(mesh.find("f"));
+  CHECK(mesh.find("f")->value(3, 0) == 8);
+  CHECK(mesh.find("still")->value(3, 0) == 9);
+  CHECK(mesh.position(VertexId(1))[0] == 2);
+  REQUIRE(report.notes.size() == 1);
+  CHECK(report.notes[0] == "the values are those of the last of 2 time steps");
+
+  // A piece a step, which VTK reads as one mesh of all of them.
+  file = text.file(text.piece());
+  file.insert(file.find("<UnstructuredGrid>") + 17, " TimeValues=\"0 1 2\"");
+  CHECK_THAT(failure_of_text(file).message, Catch::Contains("is not there for the last of 3 time steps"));
+}
+
 TEST_CASE("arrays without a name of their own get one", "[vtk]") {
   VtuText text;
   text.point_data = array_text("Name=\"f\"", "1 2 3 4") + array_text("Name=\"f\"", "5 6 7 8") +
@@ -496,6 +561,18 @@ TEST_CASE("flipped bits are refused or give a mesh whose ids are in range", "[vt
       CHECK((error.code() == ErrorCode::kBadInput || error.code() == ErrorCode::kLimit));
     }
   }
+}
+
+TEST_CASE("the blocks of an Exodus file come in its order, whatever their ids", "[vtk]") {
+  const TetMesh ascending = read_mesh(fixture("two_blocks.ex2"));
+  std::string bytes = read_bytes(fixture("two_blocks.ex2"));
+  const std::string ids("\0\0\0\1\0\0\0\2", 8);
+  const std::size_t at = bytes.rfind(ids); // of the blocks; their status has the same numbers before
+  REQUIRE(at != std::string::npos);
+  bytes.replace(at, ids.size(), std::string("\0\0\0\7\0\0\0\3", 8));
+  const TempFolder folder;
+  write_bytes(folder / "mesh.ex2", bytes);
+  CHECK(read_mesh(folder / "mesh.ex2").tets == ascending.tets);
 }
 
 TEST_CASE("an Exodus file that is damaged is bad input", "[vtk]") {

@@ -93,6 +93,10 @@ private:
 [[nodiscard]] std::string percent_up(double part, double whole);
 [[nodiscard]] std::string to_text(const Point& point);
 
+/// Where DatasetInfo::errors_are_bounds is false.
+inline constexpr const char* kNoBounds = "errors are what the build has seen, and the true ones may be larger: "
+                                         "ptet build --evaluate exact makes them bounds";
+
 /// One object on standard output. Text that is not UTF-8 is replaced, numbers that are not finite become null.
 void print(const Json& json);
 

@@ -201,6 +201,7 @@ void run(const Arguments& arguments) {
   outcome.info = dataset->info();
   outcome.request = request_for(wishes, outcome.info, arguments);
   outcome.extraction = dataset->extract(outcome.request, progress.callback());
+  outcome.bytes = bytes_of(outcome.extraction);
   outcome.seconds = seconds_since(begin);
   outcome.notes = notes_on_wishes(outcome);
   const std::optional<Error> shortfall = shortfall_of(outcome.extraction, arguments.salvage);
@@ -262,13 +263,15 @@ the original run within the bound and the rest costs little; with no bound the t
 the length counts. --view keeps the boundary sharp to --pixels in a picture in perspective (angle is that of its height,
 30 degrees unless it says; size 1920x1080); what is out of the picture may have --outside times the errors.
 
---json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "rms_error": {NAME: x} | null},
-"vertices", "tets", "bytes_read", "read_requests", "seconds", "limited_by": "error" | "budget" | "time" | "focus" |
-"nothing" | "memory" | "unreadable", "complete": true | false, "failures": [{"block", "byte_offset", "message"}],
-"notes": [TEXT], "output"}: errors absolute, seconds for opening and extraction ("write_seconds" for the writing). With
-a focus, values or a view "achieved" has the errors there by themselves: "in_focus" and "at_values", lists in the order
-asked, and "in_view" with "pixels". The RMS error is that over the domain of the original where the mesh covers it; a
-build that did not measure it leaves none. Notes say what of the wishes met nothing, and what .stl could not hold.
+--json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "errors_are_bounds": true | false,
+"rms_error": {NAME: x} | null}, "vertices", "tets", "bytes", "bytes_read", "read_requests", "seconds",
+"limited_by": "error" | "budget" | "time" | "focus" | "nothing" | "memory" | "unreadable", "complete": true | false,
+"failures": [{"block", "byte_offset", "message"}], "notes": [TEXT], "output"}: errors absolute, seconds for opening and
+extraction ("write_seconds" for the writing), bytes those that --bytes counts. Errors are no bounds where the build has
+not measured them everywhere (--evaluate). With a focus, values or a view "achieved" has the errors there by themselves:
+"in_focus" and "at_values", lists in the order asked, and "in_view" with "pixels". The RMS error is that over the domain
+of the original where the mesh covers it; a build that did not measure it leaves none. Notes say what of the wishes met
+nothing, and what .stl could not hold.
 )";
 
 } // namespace

@@ -99,8 +99,15 @@ Json asked_json(const Request& request, const DatasetInfo& info) {
   return asked;
 }
 
+/// The original has no errors, whatever the build has measured.
+bool are_bounds(const DatasetInfo& info, const Extraction& extraction) {
+  return info.errors_are_bounds || extraction.limited_by == LimitedBy::kNothing;
+}
+
 Json achieved_json(const Extraction& extraction, const DatasetInfo& info) {
-  Json achieved = {{"field_error", by_field(info, extraction.field_error)}, {"domain_error", extraction.domain_error}};
+  Json achieved = {{"field_error", by_field(info, extraction.field_error)},
+                   {"domain_error", extraction.domain_error},
+                   {"errors_are_bounds", are_bounds(info, extraction)}};
   achieved["rms_error"] = extraction.rms_error.empty() ? Json(nullptr) : by_field(info, extraction.rms_error);
   for (const PartErrors& errors : extraction.in_focus)
     achieved["in_focus"].push_back(to_json(errors, info));
@@ -127,6 +134,11 @@ std::string asked_text(double bound, double scale, const char* of) {
 
 constexpr const char* kOfRange = "its range";
 constexpr const char* kOfDiagonal = "the diagonal";
+
+/// What comes before an error that is stated.
+const char* within(const DatasetInfo& info, const Extraction& extraction) {
+  return are_bounds(info, extraction) ? " within " : " about ";
+}
 
 std::string bound_text(const Bound& bound) {
   return brief(bound.relative ? 100 * bound.value : bound.value) + (bound.relative ? "%" : "");
@@ -172,16 +184,7 @@ void print_asked(const Request& request, const DatasetInfo& info) {
   if (!is_anything) line("the original");
 }
 
-/// As Request::max_bytes counts them.
-std::uint64_t bytes_of(const Extraction& extraction) {
-  std::uint64_t bytes = extraction.mesh.positions.bytes.size() + extraction.mesh.tets.size() * sizeof(Tet) +
-                        extraction.boundary_faces.size() * sizeof(std::array<VertexId, 3>);
-  for (const PointArray& array : extraction.mesh.point_arrays)
-    bytes += array.bytes.size();
-  return bytes;
-}
-
-const char* explain(const Request& request, const Extraction& extraction) {
+const char* explain(const Request& request, const Extraction& extraction, std::uint64_t bytes) {
   switch (extraction.limited_by) {
   case LimitedBy::kNothing: return "nothing: this is the original mesh";
   case LimitedBy::kError: return "error: what was asked is reached";
@@ -193,7 +196,7 @@ const char* explain(const Request& request, const Extraction& extraction) {
   case LimitedBy::kBudget:
     if (extraction.mesh.tets.size() <= request.max_tets.value_or(extraction.mesh.tets.size()) &&
         extraction.mesh.vertex_count() <= request.max_vertices.value_or(extraction.mesh.vertex_count()) &&
-        bytes_of(extraction) <= request.max_bytes.value_or(bytes_of(extraction)))
+        bytes <= request.max_bytes.value_or(bytes))
       return "budget: the next split does not fit";
     return request.focus.empty() ? "budget: it is less than the base mesh, and that is the least there is"
                                  : "budget: the focus alone takes more, and is restored all the same";
@@ -207,9 +210,10 @@ void print_parts(const Extraction& extraction, const Request& request, const Dat
   const auto line = [&](const std::string& where, const PartErrors& errors, const std::string& more) {
     std::cout << "  there     " << where << ": ";
     for (std::size_t i = 0; i < fields.size(); ++i)
-      std::cout << fields[i]->name << " within " << error_text(errors.field_error[i], fields[i]->range, kOfRange)
-                << ", ";
-    std::cout << "domain within " << error_text(errors.domain_error, info.diagonal, kOfDiagonal) << more << '\n';
+      std::cout << fields[i]->name << within(info, extraction)
+                << error_text(errors.field_error[i], fields[i]->range, kOfRange) << ", ";
+    std::cout << "domain" << within(info, extraction) << error_text(errors.domain_error, info.diagonal, kOfDiagonal)
+              << more << '\n';
   };
   for (std::size_t i = 0; i < extraction.in_focus.size(); ++i)
     line("in the focus, " + std::visit(RegionText{}, request.focus[i].region), extraction.in_focus[i], "");
@@ -221,13 +225,22 @@ void print_parts(const Extraction& extraction, const Request& request, const Dat
 
 } // namespace
 
+std::uint64_t bytes_of(const Extraction& extraction) {
+  std::uint64_t bytes = extraction.mesh.positions.bytes.size() + extraction.mesh.tets.size() * sizeof(Tet) +
+                        extraction.boundary_faces.size() * sizeof(std::array<VertexId, 3>);
+  for (const PointArray& array : extraction.mesh.point_arrays)
+    bytes += array.bytes.size();
+  return bytes;
+}
+
 void print_json(const ExtractOutcome& outcome) {
-  const auto& [input, output, info, request, extraction, seconds, write_seconds, notes] = outcome;
+  const auto& [input, output, info, request, extraction, bytes, seconds, write_seconds, notes] = outcome;
   Json json;
   json["asked"] = asked_json(request, info);
   json["achieved"] = achieved_json(extraction, info);
   json["vertices"] = extraction.mesh.vertex_count();
   json["tets"] = extraction.mesh.tets.size();
+  json["bytes"] = bytes;
   json["bytes_read"] = extraction.bytes_read;
   json["seconds"] = seconds;
   json["read_requests"] = extraction.read_requests;
@@ -244,7 +257,7 @@ void print_json(const ExtractOutcome& outcome) {
 }
 
 void print_text(const ExtractOutcome& outcome) {
-  const auto& [input, output, info, request, extraction, seconds, write_seconds, notes] = outcome;
+  const auto& [input, output, info, request, extraction, bytes, seconds, write_seconds, notes] = outcome;
   const auto share = [](std::uint64_t part, std::uint64_t whole) {
     return percent(static_cast<double>(part), static_cast<double>(whole));
   };
@@ -253,7 +266,7 @@ void print_text(const ExtractOutcome& outcome) {
   print_asked(request, info);
   const auto fields = governing_fields(info);
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    out << "  achieved  " << fields[i]->name << " within "
+    out << "  achieved  " << fields[i]->name << within(info, extraction)
         << error_text(extraction.field_error[i], fields[i]->range, kOfRange);
     if (!extraction.rms_error.empty()) {
       const std::string share_of_range = percent_up(extraction.rms_error[i], fields[i]->range);
@@ -262,12 +275,14 @@ void print_text(const ExtractOutcome& outcome) {
     }
     out << '\n';
   }
-  out << "  achieved  domain within " << error_text(extraction.domain_error, info.diagonal, kOfDiagonal) << '\n';
+  out << "  achieved  domain" << within(info, extraction)
+      << error_text(extraction.domain_error, info.diagonal, kOfDiagonal) << '\n';
   print_parts(extraction, request, info);
+  if (!are_bounds(info, extraction)) out << "  note      " << kNoBounds << '\n';
   out << "  mesh      " << counted(extraction.mesh.vertex_count(), "vertex") << " ("
       << share(extraction.mesh.vertex_count(), info.vertices) << " of the original), "
       << counted(extraction.mesh.tets.size(), "tet") << " (" << share(extraction.mesh.tets.size(), info.tets) << ")\n";
-  out << "  limited   by " << explain(request, extraction) << '\n';
+  out << "  limited   by " << explain(request, extraction, bytes) << '\n';
   out << "  time      " << brief(seconds, 3) << " s, " << counted(extraction.bytes_read, "byte") << " read of "
       << grouped(info.file_bytes) << '\n';
   for (const std::string& note : notes)

@@ -16,10 +16,14 @@ struct ExtractOutcome {
   DatasetInfo info;
   Request request;
   Extraction extraction;
-  double seconds = 0; ///< opening and extraction
+  std::uint64_t bytes = 0; ///< of the extraction, as Request::max_bytes counts them
+  double seconds = 0;      ///< opening and extraction
   double write_seconds = 0;
   std::vector<std::string> notes;
 };
+
+/// Of points, fields, tets and boundary faces.
+[[nodiscard]] std::uint64_t bytes_of(const Extraction& extraction);
 
 void print_json(const ExtractOutcome& outcome);
 void print_text(const ExtractOutcome& outcome);

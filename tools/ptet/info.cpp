@@ -185,6 +185,7 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
   json["box"] = {{"min", info.box_min}, {"max", info.box_max}};
   json["diagonal"] = info.diagonal;
   json["has_input_order"] = info.has_input_order;
+  json["errors_are_bounds"] = info.errors_are_bounds;
   json["fields"] = fields;
   json["max_domain_error"] = info.max_domain_error;
   json["manifest"] = Json::parse(info.provenance_json);
@@ -247,6 +248,7 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
   out << "  domain    error up to " << brief_up(info.max_domain_error);
   if (info.diagonal > 0) out << " (" << percent_up(info.max_domain_error, info.diagonal) << " of the diagonal)";
   out << '\n';
+  if (!info.errors_are_bounds) out << "  note      " << kNoBounds << '\n';
   print_manifest(Json::parse(info.provenance_json), out);
   for (const Level& level : levels) {
     std::string label = brief(100 * level.fraction) + "%";

@@ -53,6 +53,7 @@ struct Wishes {
 struct Side {
   std::string path;
   TetMesh mesh;
+  ReadReport read;
   Examination found; ///< its points and boundary
   MeshReport report;
   std::uint64_t boundary_intersections = 0;
@@ -114,7 +115,7 @@ Side load(const std::string& path, ProgressLine& progress) {
   Side side;
   side.path = path;
   progress.stage("reading");
-  side.mesh = read_mesh(path, nullptr, progress.callback());
+  side.mesh = read_mesh(path, &side.read, progress.callback());
   side.report = validate(side.mesh, progress.callback());
   check_usable(side);
   side.found = examine(side.mesh, progress.callback());
@@ -397,7 +398,7 @@ Json percent_json(double part, double whole) {
 }
 
 Json to_json(const FieldDifference& difference, double range) {
-  const double rms = std::sqrt(difference.mean_square);
+  const double rms = difference.rms();
   return {{"max", difference.max},
           {"max_percent", percent_json(difference.max, range)},
           {"max_at", difference.at},
@@ -408,7 +409,7 @@ Json to_json(const FieldDifference& difference, double range) {
 /// The root of the integral over where both meshes are, divided by the volume of the original instead of that of the
 /// overlap, as .ptet files state it.
 double rms_over_original(const Outcome& outcome, const FieldDifference& inside) {
-  return std::sqrt(inside.mean_square * outcome.inside.volume / outcome.original.volume);
+  return inside.rms() * std::sqrt(outcome.inside.volume / outcome.original.volume);
 }
 
 Json to_json(const DistanceBounds& bounds, double diagonal) {
@@ -487,7 +488,7 @@ void print_validity(const Outcome& outcome) {
 void print_fields(const Outcome& outcome) {
   const auto line = [](const char* label, const FieldDifference& difference, double range, const std::string& more) {
     std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at)
-              << ", RMS " << with_percent(std::sqrt(difference.mean_square), range) << more << '\n';
+              << ", RMS " << with_percent(difference.rms(), range) << more << '\n';
   };
   const OutsideDifference& outside = outcome.outside;
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
@@ -496,7 +497,7 @@ void print_fields(const Outcome& outcome) {
     const FieldDifference& inside = outcome.inside.fields[f];
     // Said where it is another number.
     const std::string over_original = with_percent(rms_over_original(outcome, inside), range);
-    const bool is_same = over_original == with_percent(std::sqrt(inside.mean_square), range);
+    const bool is_same = over_original == with_percent(inside.rms(), range);
     line("    inside    ", inside, range, is_same ? "" : ", " + over_original + " over the volume of the original");
     if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range, "");
   }
@@ -549,6 +550,8 @@ void run(const Arguments& arguments) {
   outcome.samples = wishes.samples;
   outcome.original = load(arguments.original, progress);
   outcome.simplified = load(arguments.simplified, progress);
+  for (const Side* side : {&outcome.original, &outcome.simplified})
+    add_notes(side->path, side->read, outcome.notes);
   note_convention(outcome.original, outcome.notes);
   note_convention(outcome.simplified, outcome.notes);
   outcome.fields = choose_fields(arguments.fields, outcome.original, outcome.simplified, outcome.notes);

@@ -138,7 +138,9 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
     return;
   }
   progress.stage("reading the original");
-  const TetMesh original = read_mesh(*arguments.original, nullptr, progress.callback());
+  ReadReport read;
+  const TetMesh original = read_mesh(*arguments.original, &read, progress.callback());
+  add_notes(*arguments.original, read, outcome.notes);
   const std::string& expected = verified.reader->manifest().source_hash;
   if (!expected.empty() && hash_file(*arguments.original, progress.callback()) != expected) {
     outcome.notes.push_back("'" + *arguments.original +

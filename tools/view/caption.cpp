@@ -64,7 +64,8 @@ std::string achieved(const DatasetInfo& info, const Settings& settings, const Fr
     name = field.name;
     if (is_colour) break;
   }
-  const std::string boundary = "boundary " + percent_up(frame.domain_error, info.diagonal) + " of the diagonal";
+  const std::string boundary = "boundary " + percent_up(frame.domain_error, info.diagonal) + " of the diagonal" +
+                               (info.errors_are_bounds ? "" : "\n(seen in the build, no bounds)");
   return name.empty() ? boundary : name + " " + percent_up(worst, 1) + " of its range,\n" + boundary;
 }
 

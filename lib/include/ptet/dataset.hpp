@@ -50,7 +50,8 @@ struct DatasetInfo {
   std::uint64_t blocks = 0;
   std::uint64_t file_bytes = 0;
   ScalarType position_type = ScalarType::kFloat32;
-  bool has_input_order = false; ///< see Request::input_order
+  bool has_input_order = false;   ///< see Request::input_order
+  bool errors_are_bounds = false; ///< else all errors are what the build has seen, and the true ones may be larger
   std::vector<FieldInfo> fields;
   Point box_min{};
   Point box_max{};

@@ -135,10 +135,10 @@ typedef struct ptet_dataset_info {
   ptet_scalar_type position_type;
   double box_min[3]; /* of the domain, mesh units */
   double box_max[3];
-  double diagonal;         /* of that box: what relative domain errors refer to */
-  double max_domain_error; /* of the coarsest mesh, mesh units */
-  int32_t has_input_order; /* 1: the file keeps the order of its input (ptet_request_set_input_order) */
-  uint32_t reserved;       /* 0 */
+  double diagonal;           /* of that box: what relative domain errors refer to */
+  double max_domain_error;   /* of the coarsest mesh, mesh units */
+  int32_t has_input_order;   /* 1: the file keeps the order of its input (ptet_request_set_input_order) */
+  int32_t errors_are_bounds; /* 0: errors are what the build has seen, and the true ones may be larger */
 } ptet_dataset_info;
 
 typedef struct ptet_field_info {
