@@ -318,7 +318,8 @@ class Exchange(unittest.TestCase):
                 self.type, self.data = kind, data
 
         class Mesh:
-            points, point_data = self.cut.points, {"t": self.cut.fields["t"], "vtkGhostType": np.zeros(len(self.cut.points))}
+            points = self.cut.points
+            point_data = {"t": self.cut.fields["t"], "vtkGhostType": np.zeros(len(self.cut.points))}
             cells = [Block("tetra", self.cut.tets[:9]), Block("hexahedron", np.arange(8).reshape(1, 8)),
                      Block("tetra", self.cut.tets[9:])]
             cell_data = {"vtkGhostType": [np.array([0, 1] + [0] * 7), np.array([1]), np.full(len(self.cut.tets) - 9, 2)]}

@@ -213,7 +213,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         target = float(parse_count(target_vertices, vertices, "target_vertices"))  # type: ignore[arg-type]
     names = [govern] if isinstance(govern, str) else list(govern or [])
     for text, what in ((prediction, "predict"), (evaluation, "evaluate"), (objective, "objective"),
-                       (source_name, "source_name"), (source_hash, "source_hash"), *((name, "govern") for name in names)):
+                       (source_name, "source_name"), (source_hash, "source_hash"),
+                       *((name, "govern") for name in names)):
         as_text(text, what)
     path = None if out is None else os.fsdecode(out)
     bounds = [(name, value, relative) for name, (value, relative) in

@@ -117,8 +117,8 @@ def _vtk_array(array: Any) -> npt.NDArray[Any] | None:
 
 def from_vtk(grid: Any) -> MeshArrays:
     """points, tets and fields of a vtkUnstructuredGrid of tetrahedra, for `build(*...)`. Arrays are shared where they
-    can be; cell fields, and arrays of no name, are left out. So are ghost cells (of duplicates, refined or hidden), with
-    a warning that says how many, and point arrays that are not numeric, with a warning that names them.
+    can be; cell fields, and arrays of no name, are left out. So are ghost cells (duplicate, refined or hidden), with a
+    warning that says how many, and point arrays that are not numeric, with a warning that names them.
 
     Raises:
         InputError: cells of another kind. vtkDataSetTriangleFilter splits them; so does the program `ptet build`,
