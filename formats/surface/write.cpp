@@ -1,6 +1,8 @@
 #include "formats/surface/write.hpp"
 
+#include "formats/surface/formats.hpp"
 #include "formats/whole_file.hpp"
+#include "mesh/vec3.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -19,7 +21,9 @@
 namespace ptet {
 namespace {
 
-/// With 32-bit positions: OpenMesh's writers read nothing wider, whatever the mesh holds.
+using namespace ptet::vec;
+
+/// With 32-bit positions, which only STL takes: OpenMesh's writers read nothing wider, whatever the mesh holds.
 using Surface = OpenMesh::TriMesh_ArrayKernelT<>;
 using Faces = std::span<const std::array<VertexId, 3>>;
 
@@ -47,7 +51,7 @@ private:
   std::vector<Corner> parent_;
 };
 
-void check(const std::string& path, const TetMesh& mesh, Faces faces) {
+void check(const std::string& path, const TetMesh& mesh, Faces faces, bool in_floats) {
   const auto fail = [&](std::size_t face, const char* what) {
     throw Error(ErrorCode::kBadInput, "cannot write " + path + ": face " + std::to_string(face) + what);
   };
@@ -57,8 +61,11 @@ void check(const std::string& path, const TetMesh& mesh, Faces faces) {
     if (a == b || b == c || c == a) fail(f, " names a vertex twice");
     for (const VertexId v : faces[f]) {
       const Point p = mesh.position(v);
-      if (std::any_of(p.begin(), p.end(), [](double x) { return std::abs(x) > std::numeric_limits<float>::max(); }))
-        fail(f, " has a vertex beyond the range of 32-bit floats");
+      if (!std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); }))
+        fail(f, " has a vertex whose position is not finite");
+      const auto is_beyond = [](double x) { return std::abs(x) > std::numeric_limits<float>::max(); };
+      if (in_floats && std::any_of(p.begin(), p.end(), is_beyond))
+        fail(f, " has a vertex beyond the range of 32-bit floats, which .stl holds; .obj, .off and .ply hold more");
     }
   }
 }
@@ -132,7 +139,13 @@ bool takes_face(const Surface& surface, const std::array<Surface::VertexHandle, 
   return true;
 }
 
-Surface surface_of(const TetMesh& mesh, Faces faces) {
+/// A surface as OpenMesh connects it, without positions, and in rows in the same order.
+struct Connected {
+  Surface surface;
+  SurfaceRows rows;
+};
+
+Connected connect(const TetMesh& mesh, Faces faces) {
   CornerSets sets = join_fans(faces);
   const auto vertex_of = [&](Corner corner) { return faces[corner / 3][corner % 3]; };
   std::vector<Corner> roots;
@@ -141,11 +154,14 @@ Surface surface_of(const TetMesh& mesh, Faces faces) {
   }
   std::stable_sort(roots.begin(), roots.end(), [&](Corner a, Corner b) { return vertex_of(a) < vertex_of(b); });
 
-  Surface surface;
+  Connected result;
+  auto& [surface, rows] = result;
+  rows.positions = &mesh.positions;
+  rows.faces.reserve(faces.size());
   surface.reserve(roots.size(), 3 * faces.size() / 2, faces.size());
-  const auto add_vertex = [&](Corner corner) {
-    const Point p = mesh.position(vertex_of(corner));
-    return surface.add_vertex({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  const auto add_vertex = [&, &surface = surface, &rows = rows](Corner corner) {
+    rows.vertices.push_back(vertex_of(corner));
+    return surface.add_vertex({0, 0, 0});
   };
   std::vector<Surface::VertexHandle> handle_of_root(3 * faces.size());
   for (const Corner root : roots)
@@ -161,36 +177,100 @@ Surface surface_of(const TetMesh& mesh, Faces faces) {
         corners[k] = add_vertex(3 * f + k);
     }
     surface.add_face(corners[0], corners[1], corners[2]);
+    const auto row = [&](std::size_t k) { return static_cast<std::uint32_t>(corners[k].idx()); };
+    rows.faces.push_back({row(0), row(1), row(2)});
   }
-  return surface;
+  return result;
 }
 
-} // namespace
+/// Of vectors whose squares are beyond the doubles, too.
+double length(const Vec3& a) {
+  return std::hypot(a[0], a[1], a[2]);
+}
 
-void write_surface(const std::string& path, const TetMesh& mesh, Faces faces) {
-  const std::string ending = std::filesystem::path(path).extension().string();
-  if (ending != ".obj" && ending != ".ply" && ending != ".stl" && ending != ".off")
-    throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a surface is written as .obj, .ply, .stl or .off");
-  check(path, mesh, faces);
-  const Surface surface = surface_of(mesh, faces);
+Point in_floats(const Point& p) {
+  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+}
 
-  WholeFile file(path);
+bool has_area(const Point& a, const Point& b, const Point& c) {
+  const Vec3 normal = cross(b - a, c - a);
+  return normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
+}
+
+SurfaceLoss loss_in_floats(const TetMesh& mesh, const SurfaceRows& rows) {
+  SurfaceLoss loss;
+  for (const VertexId v : rows.vertices) {
+    const Point p = mesh.position(v);
+    loss.largest_move = std::max(loss.largest_move, length(in_floats(p) - p));
+  }
+  for (const auto& face : rows.faces) {
+    const auto corner = [&](std::size_t k) { return mesh.position(rows.vertices[face[k]]); };
+    const std::array<Point, 3> given = {corner(0), corner(1), corner(2)};
+    if (has_area(given[0], given[1], given[2]) &&
+        !has_area(in_floats(given[0]), in_floats(given[1]), in_floats(given[2])))
+      ++loss.degenerate_faces;
+  }
+  return loss;
+}
+
+double diagonal_of(const TetMesh& mesh, const SurfaceRows& rows) {
+  if (rows.vertices.empty()) return 0;
+  Point least = mesh.position(rows.vertices.front());
+  Point most = least;
+  for (const VertexId v : rows.vertices) {
+    const Point p = mesh.position(v);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      least[axis] = std::min(least[axis], p[axis]);
+      most[axis] = std::max(most[axis], p[axis]);
+    }
+  }
+  return length(most - least);
+}
+
+void write_stl(const WholeFile& file, const TetMesh& mesh, Connected& connected) {
+  auto& [surface, rows] = connected;
+  for (std::size_t row = 0; row < rows.vertices.size(); ++row) {
+    const Point p = mesh.position(rows.vertices[row]);
+    surface.set_point(Surface::VertexHandle(static_cast<int>(row)),
+                      {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  }
   errno = 0;
   std::ofstream stream(file.temporary_path(), std::ios::binary);
   if (!stream) file.fail(errno != 0 ? errno : EIO);
-  const bool binary = ending == ".ply" || ending == ".stl";
-  const auto options = binary ? OpenMesh::IO::Options::Binary : OpenMesh::IO::Options::Default;
   const Silence silence;
   errno = 0;
-  const bool written =
-      OpenMesh::IO::write_mesh(surface, stream, ending, options, std::numeric_limits<float>::max_digits10);
+  const bool written = OpenMesh::IO::write_mesh(surface, stream, ".stl", OpenMesh::IO::Options::Binary);
   stream.flush();
   const bool flushed = stream.good();
   const int error_number = errno;
   stream.close();
   if (!flushed || stream.fail()) file.fail(error_number != 0 ? error_number : EIO);
   if (!written) file.fail("OpenMesh refused");
+}
+
+} // namespace
+
+SurfaceLoss write_surface(const std::string& path, const TetMesh& mesh, Faces faces) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending != ".obj" && ending != ".ply" && ending != ".stl" && ending != ".off")
+    throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a surface is written as .obj, .ply, .stl or .off");
+  const bool is_stl = ending == ".stl";
+  check(path, mesh, faces, is_stl);
+  Connected connected = connect(mesh, faces);
+
+  WholeFile file(path);
+  if (is_stl)
+    write_stl(file, mesh, connected);
+  else if (ending == ".obj")
+    write_obj(file, connected.rows);
+  else if (ending == ".off")
+    write_off(file, connected.rows);
+  else
+    write_ply(file, connected.rows);
   file.commit();
+  SurfaceLoss loss = is_stl ? loss_in_floats(mesh, connected.rows) : SurfaceLoss{};
+  loss.diagonal = diagonal_of(mesh, connected.rows);
+  return loss;
 }
 
 } // namespace ptet

@@ -237,6 +237,17 @@ class Files(Case):
         self.refused(2, "build", "grid.vtu", "-o", "./grid.vtu", "--force", says="input")
         self.assertEqual(self.files(), ["grid.ptet", "grid.vtu", "notes.txt"])
 
+    def test_the_option_is_named_that_is_meant(self):
+        self.built_grid(3)
+        before = (self.folder / "grid.vtu").read_bytes()
+        for option, command in [("-o", ["extract", "grid.ptet", "-o", ""]),
+                                ("--checkpoint", ["build", "grid.vtu", "-o", "a.ptet", "--checkpoint", ""]),
+                                ("--checkpoint", ["build", "grid.vtu", "-o", "a.ptet", "--checkpoint", "grid.vtu"]),
+                                ("--errors", ["measure", "grid.vtu", "grid.vtu", "--errors", "grid.vtu"])]:
+            with self.subTest(command):
+                self.refused(2, *command, says=f"error: {option}")
+        self.assertEqual((self.folder / "grid.vtu").read_bytes(), before)
+
     def test_a_link_stays_a_link(self):
         self.grid(2)
         (self.folder / "elsewhere").mkdir()
@@ -448,7 +459,8 @@ class Reports(Case):
         self.built_grid(8)
         report = self.json("extract", "grid.ptet", "--field-error", "10%,bumpy=0.02", "--domain-error", "1%")
         self.assertEqual(set(report), {"asked", "achieved", "vertices", "tets", "bytes", "bytes_read", "read_requests",
-                                       "seconds", "limited_by", "complete", "failures", "output"})
+                                       "seconds", "limited_by", "complete", "failures", "notes", "output"})
+        self.assertEqual(report["notes"], [])
         self.assertIsNone(report["output"])
         self.assertEqual(report["limited_by"], "error")
         asked, achieved = report["asked"], report["achieved"]
@@ -485,6 +497,37 @@ class Reports(Case):
         for field in [b"error of smooth", b"error of bumpy"]:
             self.assertIn(field, header)
         self.assertEqual(self.json("verify", "grid.ptet", "--original", "grid.vtu")["ok"], True)
+
+    def test_wishes_that_meet_nothing_are_named(self):
+        self.built_grid(4)
+        inside, outside = "box:0.1,0.1,0.1,0.2,0.2,0.2", "sphere:3,0,0,1"
+        notes = self.json("extract", "grid.ptet", "--focus", inside, "--focus", outside)["notes"]
+        self.assertEqual(len(notes), 1)
+        self.assertIn("no tet of the mesh meets focus 2: the mesh is in the box (0, 0, 0) to (1, 1, 1)", notes[0])
+        text = self.ptet("extract", "grid.ptet", "--focus", outside).stdout
+        self.assertIn("  note      no tet of the mesh meets the focus: ", text)
+        self.assertNotIn("  note", self.ptet("extract", "grid.ptet", "--focus", inside).stdout)
+        # smooth is from -1 to 3
+        for values in (["--isovalue", "smooth=3.5"], ["--values", "smooth=..-1.5"]):
+            notes = self.json("extract", "grid.ptet", *values)["notes"]
+            self.assertEqual(len(notes), 1, values)
+            self.assertRegex(notes[0], "^nothing of the mesh has the values asked for: smooth is from -.* to .* there$")
+        for values in (["--isovalue", "smooth=1.5"], ["--values", "smooth=0..9"], ["--values", "smooth=.."]):
+            self.assertEqual(self.json("extract", "grid.ptet", *values)["notes"], [], values)
+
+    def test_what_stl_cannot_hold_is_said(self):
+        points, tets = meshes.grid(3, origin=(1e7, -1e7, 0.0))
+        meshes.vtu(self.folder / "far.vtu", points, tets, meshes.wave(points))
+        self.ptet("build", "far.vtu", "--quiet")
+        notes = self.json("extract", "far.ptet", "-o", "far.stl")["notes"]
+        self.assertEqual(len(notes), 1)
+        self.assertRegex(notes[0], r"^the 32-bit floats of \.stl moved vertices by up to .* of the diagonal\), "
+                                   r"[0-9]+ faces lost all area; \.obj, ")
+        self.assertEqual(self.json("extract", "far.ptet", "-o", "far.obj")["notes"], [])
+        lines = (self.folder / "far.obj").read_text().splitlines()
+        found = {tuple(map(float, line.split()[1:])) for line in lines if line.startswith("v ")}
+        on_boundary = {p for p in points if p[0] in (1e7, 1e7 + 1) or p[1] in (-1e7, 1 - 1e7) or p[2] in (0, 1)}
+        self.assertEqual(found, on_boundary)
 
     def test_the_original_comes_back(self):
         self.built_grid(6)

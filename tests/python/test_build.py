@@ -191,6 +191,20 @@ class Build(unittest.TestCase):
             with self.subTest(options), self.assertRaises(ptet.ArgumentError):
                 ptet.build(*cube(3), **options)
 
+    def test_text_that_no_file_can_hold(self):
+        points, tets, fields = cube(3)
+        for name in ("source_name", "source_hash", "govern", "predict", "evaluate", "objective"):
+            for text in (3, "a\udc80"):
+                given = [text] if name == "govern" else text
+                with self.subTest(name=name, text=text), self.assertRaisesRegex(ptet.ArgumentError, f"^{name} "):
+                    ptet.build(points, tets, fields, **{name: given})
+        with self.assertRaisesRegex(ptet.ArgumentError, "^fields: the name .*UTF-8"):
+            ptet.build(points, tets, {"a\udc80": fields["t"]}, **FAST)
+        data = ptet.open(built())
+        for request in ({"error": {"a\udc80": 1}}, {"values": ptet.Values("a\udc80", 1)}, {"values": ptet.Values(3, 1)}):
+            with self.subTest(request), self.assertRaises(ptet.ArgumentError):
+                data.extract(**request)
+
     def test_progress_is_told_and_may_cancel(self):
         told = []
         ptet.build(*cube(), progress=lambda stage, done, total: told.append((stage, done, total)))

@@ -1,6 +1,7 @@
 """Extractions: the mesh, its errors, its memory."""
 import gc
 import math
+import pathlib
 import threading
 import unittest
 
@@ -267,6 +268,66 @@ class Exchange(unittest.TestCase):
             other.SetPoints(grid.GetPoints())
             other.InsertNextCell(VTK_HEXAHEDRON, 8, list(range(8)))
             ptet.from_vtk(other)
+
+    def test_ghost_cells_of_vtk_are_left_out(self):
+        try:
+            from vtkmodules.util.numpy_support import numpy_to_vtk
+            from vtkmodules.vtkCommonCore import vtkBitArray, vtkStringArray
+            from vtkmodules.vtkCommonDataModel import VTK_HEXAHEDRON
+        except ImportError:
+            self.skipTest("VTK's Python modules are not here")
+        grid = self.cut.to_vtk()
+        count, points = grid.GetNumberOfCells(), grid.GetNumberOfPoints()
+
+        def mark(flags, cells=True):
+            array = numpy_to_vtk(np.array(flags, np.uint8), deep=True)
+            array.SetName("vtkGhostType")
+            (grid.GetCellData() if cells else grid.GetPointData()).AddArray(array)
+
+        mark([0, 1, 2, 4, 8, 16, 32] + [0] * (count - 7))
+        mark([1] + [0] * (points - 1), cells=False)
+        with self.assertWarnsRegex(UserWarning, "^3 ghost cells are left out"):
+            back, tets, fields = ptet.from_vtk(grid)
+        self.assertEqual(len(back), points)
+        np.testing.assert_array_equal(tets, np.delete(self.cut.tets, [1, 4, 6], axis=0))
+        self.assertNotIn("vtkGhostType", fields)
+        # A ghost of another kind is no reason to refuse the mesh.
+        grid.InsertNextCell(VTK_HEXAHEDRON, 8, list(range(8)))
+        mark([0] * count + [1])
+        with self.assertWarnsRegex(UserWarning, "^1 ghost cell is left out"):
+            np.testing.assert_array_equal(ptet.from_vtk(grid)[1], self.cut.tets)
+        mark([1] * (count + 1))
+        with self.assertWarns(UserWarning):
+            self.assertEqual(ptet.from_vtk(grid)[1].shape, (0, 4))
+
+        grid = self.cut.to_vtk()
+        for kind, name in ((vtkBitArray, "bits"), (vtkStringArray, "words")):
+            array = kind()
+            array.SetName(name)
+            array.SetNumberOfValues(points)
+            grid.GetPointData().AddArray(array)
+        with self.assertWarnsRegex(UserWarning, "'(bits|words)' is not numeric") as caught:
+            fields = ptet.from_vtk(grid)[2]
+        self.assertEqual(len(caught.warnings), 2)
+        self.assertEqual({pathlib.Path(w.filename).name for w in caught.warnings}, {"test_extract.py"})
+        self.assertTrue({"t", "flow"} <= set(fields) and not {"bits", "words"} & set(fields))
+
+    def test_ghost_cells_of_meshio_are_left_out(self):
+        class Block:  # as of meshio, which need not be here
+            def __init__(self, kind, data):
+                self.type, self.data = kind, data
+
+        class Mesh:
+            points = self.cut.points
+            point_data = {"t": self.cut.fields["t"], "vtkGhostType": np.zeros(len(self.cut.points))}
+            cells = [Block("tetra", self.cut.tets[:9]), Block("hexahedron", np.arange(8).reshape(1, 8)),
+                     Block("tetra", self.cut.tets[9:])]
+            cell_data = {"vtkGhostType": [np.array([0, 1] + [0] * 7), np.array([1]), np.full(len(self.cut.tets) - 9, 2)]}
+
+        with self.assertWarnsRegex(UserWarning, "^2 ghost cells are left out"):
+            _, tets, fields = ptet.from_meshio(Mesh())
+        np.testing.assert_array_equal(tets, np.delete(self.cut.tets, 1, axis=0))
+        self.assertEqual(list(fields), ["t"])
 
     def test_meshio(self):
         try:

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
 #include <sstream>
 
 #include <catch2/catch.hpp>
@@ -64,9 +66,10 @@ Surface read_off(const std::string& path) {
   return surface;
 }
 
-Point float_point(const char* bytes) {
+template <class T>
+Point point_at(const char* bytes) {
   const auto* from = reinterpret_cast<const std::byte*>(bytes);
-  return {load<float>(from), load<float>(from + 4), load<float>(from + 8)};
+  return {load<T>(from), load<T>(from + sizeof(T)), load<T>(from + 2 * sizeof(T))};
 }
 
 Surface read_stl(const std::string& path) {
@@ -76,7 +79,8 @@ Surface read_stl(const std::string& path) {
   Surface surface;
   for (std::size_t i = 0; i < count; ++i) {
     const char* record = bytes.data() + 84 + 50 * i;
-    surface.triangles.push_back({float_point(record + 12), float_point(record + 24), float_point(record + 36)});
+    surface.triangles.push_back(
+        {point_at<float>(record + 12), point_at<float>(record + 24), point_at<float>(record + 36)});
   }
   return surface;
 }
@@ -89,10 +93,13 @@ Surface read_ply(const std::string& path) {
   const std::size_t vertices = number_after("element vertex ");
   const std::size_t faces = number_after("element face ");
   const char* at = bytes.data() + bytes.find("end_header\n") + 11;
-  REQUIRE(bytes.data() + bytes.size() - at == static_cast<std::ptrdiff_t>(12 * vertices + 13 * faces));
+  const bool is_double = bytes.find("property double x\nproperty double y\nproperty double z\n") != std::string::npos;
+  if (!is_double) REQUIRE(bytes.find("property float x\nproperty float y\nproperty float z\n") != std::string::npos);
+  const std::size_t row_bytes = is_double ? 24 : 12;
+  REQUIRE(bytes.data() + bytes.size() - at == static_cast<std::ptrdiff_t>(row_bytes * vertices + 13 * faces));
   std::vector<Point> points;
-  for (std::size_t i = 0; i < vertices; ++i, at += 12)
-    points.push_back(float_point(at));
+  for (std::size_t i = 0; i < vertices; ++i, at += row_bytes)
+    points.push_back(is_double ? point_at<double>(at) : point_at<float>(at));
   Surface surface{vertices, {}};
   for (std::size_t i = 0; i < faces; ++i, at += 13) {
     const auto* ids = reinterpret_cast<const std::byte*>(at + 1);
@@ -157,6 +164,73 @@ TEST_CASE("32-bit positions come back exactly from decimal files", "[surface]") 
   CHECK(sorted(read) == triangles_of(mesh, faces));
 }
 
+TEST_CASE("coordinates come out in the fewest digits that give them back", "[surface]") {
+  const TempFolder folder;
+  TetMesh mesh =
+      make_mesh({{0.1, 0, 0}, {16777216, 0, 0.25}, {0, 1e20F, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}, ScalarType::kFloat32);
+  const std::vector<Face> faces = examine(mesh).boundary;
+  write_surface(folder / "s.obj", mesh, faces);
+  CHECK_THAT(read_bytes(folder / "s.obj"), Catch::Contains("# 4 vertices, 4 faces\nv 0.1 0 0\nv 16777216 0 0.25\n"
+                                                           "v 0 1e+20 0\nv 0 0 1\nf "));
+  write_surface(folder / "s.off", mesh, faces);
+  CHECK_THAT(read_bytes(folder / "s.off"), Catch::StartsWith("OFF\n4 4 0\n0.1 0 0\n16777216 0 0.25\n"));
+}
+
+TEST_CASE("double positions come out as they are, except in .stl, which says what became of them", "[surface]") {
+  const TempFolder folder;
+  GridOptions options;
+  options.cells = {4, 4, 4};
+  const TetMesh plain = grid(options);
+  std::vector<Point> points;
+  const auto put_at = [&](double offset, double size) {
+    TetMesh mesh = plain;
+    mesh.positions = {"", ScalarType::kFloat64, 3, {}};
+    points.clear();
+    for (std::uint32_t v = 0; v < plain.vertex_count(); ++v) {
+      const Point p = plain.position(VertexId(v));
+      points.push_back({offset + size * p[0] / 3, offset + size * p[1] / 3, offset + size * p[2] / 3});
+    }
+    mesh.positions.resize(points.size());
+    std::memcpy(mesh.positions.bytes.data(), points.data(), mesh.positions.bytes.size());
+    return mesh;
+  };
+  SECTION("far from the origin") {
+    const TetMesh mesh = put_at(1e7, 0.05);
+    const std::vector<Face> faces = examine(mesh).boundary;
+    const std::vector<Triangle> expected = triangles_of(mesh, faces);
+    for (const char* ending : {"obj", "off", "ply"}) {
+      const SurfaceLoss loss = write_surface(folder / (std::string("s.") + ending), mesh, faces);
+      CHECK(loss.largest_move == 0);
+      CHECK(loss.degenerate_faces == 0);
+    }
+    CHECK(sorted(read_obj(folder / "s.obj").triangles) == expected);
+    CHECK(sorted(read_off(folder / "s.off").triangles) == expected);
+    CHECK(sorted(read_ply(folder / "s.ply").triangles) == expected);
+    const SurfaceLoss loss = write_surface(folder / "s.stl", mesh, faces);
+    CHECK(loss.degenerate_faces > 0);
+    CHECK(loss.degenerate_faces <= faces.size());
+    CHECK(loss.largest_move > 0.01 * loss.diagonal);
+    // 32-bit floats there are 1 apart.
+    CHECK(loss.largest_move <= std::sqrt(3) / 2);
+  }
+  SECTION("near it") {
+    const TetMesh mesh = put_at(0, 1);
+    const SurfaceLoss loss = write_surface(folder / "s.stl", mesh, examine(mesh).boundary);
+    CHECK(loss.degenerate_faces == 0);
+    CHECK(loss.largest_move > 0);
+    CHECK(loss.largest_move < 1e-7 * loss.diagonal);
+  }
+  SECTION("beyond 32-bit floats") {
+    const TetMesh mesh = put_at(0, 1e200);
+    const std::vector<Face> faces = examine(mesh).boundary;
+    for (const char* ending : {"obj", "off", "ply"})
+      write_surface(folder / (std::string("s.") + ending), mesh, faces);
+    CHECK(sorted(read_obj(folder / "s.obj").triangles) == triangles_of(mesh, faces));
+    CHECK(sorted(read_off(folder / "s.off").triangles) == triangles_of(mesh, faces));
+    CHECK(sorted(read_ply(folder / "s.ply").triangles) == triangles_of(mesh, faces));
+  }
+}
+
 TEST_CASE("no face is lost where the surface is not a manifold", "[surface]") {
   const TempFolder folder;
   SECTION("a pinched vertex is written once for each fan") {
@@ -212,7 +286,7 @@ TEST_CASE("surfaces that cannot be written are refused and leave nothing behind"
   CHECK(code(folder / "s.obj", {{a, b, VertexId(4)}}) == ErrorCode::kBadInput);
   CHECK(code(folder / "s.obj", {{a, b, a}}) == ErrorCode::kBadInput);
   const TetMesh wide = make_mesh({{0, 0, 0}, {1e39, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}, ScalarType::kFloat64);
-  CHECK_THROWS_WITH(write_surface(folder / "s.obj", wide, examine(wide).boundary),
+  CHECK_THROWS_WITH(write_surface(folder / "s.stl", wide, examine(wide).boundary),
                     Catch::Contains("beyond the range of 32-bit floats"));
   CHECK(code(folder / "none" + "/s.obj", {}) == ErrorCode::kIo);
   CHECK(folder.names().empty());

@@ -2,6 +2,7 @@
 
     test_view_cli.py PTET EXAMPLE.ptet [unittest options]
 """
+import json
 import os
 import struct
 import subprocess
@@ -32,6 +33,7 @@ class View(unittest.TestCase):
         self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
         self.assertIn(says, result.stderr)
         self.assertFalse(os.path.exists(self.picture))
+        return result
 
     def test_picture_without_a_display(self):
         result = run(EXAMPLE, "--show", "cells", "--size", "320x240", "--error", "0", "--screenshot", self.picture)
@@ -40,6 +42,13 @@ class View(unittest.TestCase):
             head = file.read(24)
         self.assertEqual(head[:8], b"\x89PNG\r\n\x1a\n")
         self.assertEqual(struct.unpack(">II", head[16:24]), (320, 240))
+
+    def test_an_isosurface_of_nothing_is_said(self):
+        fields = json.loads(subprocess.run([PTET, "info", EXAMPLE, "--json"], capture_output=True, check=True).stdout)
+        result = run(EXAMPLE, "--show", "iso", "--isovalue", fields["fields"][0]["name"] + "=1e30", "--size", "64x64",
+                     "--screenshot", self.picture)
+        self.assertEqual((result.returncode, result.stdout), (0, ""))
+        self.assertIn("there is no isosurface", result.stderr)
 
     def test_no_display(self):
         self.refused(6, EXAMPLE, says="no display")
@@ -53,7 +62,9 @@ class View(unittest.TestCase):
         self.refused(2, EXAMPLE, *shot, "--show", "iso", says="--isovalue")
         self.refused(2, EXAMPLE, *shot, "--error", "3", says="a percentage")
         self.refused(2, EXAMPLE, *shot, "--plane", "w:1", says="--plane 'w:1'")
-        self.refused(2, EXAMPLE, *shot, "--plane", "x:", says="--plane")
+        for plane in ("x:", "y:1.7m", "z:inf", "1,0,0", "1,0,0,", "0,0,0,1"):
+            result = self.refused(2, EXAMPLE, *shot, "--plane", plane, says=f"--plane '{plane}': ")
+            self.assertNotIn("half:", result.stderr)
         self.refused(2, EXAMPLE, *shot, "--range", "3..1", says="MIN must be less")
         self.refused(2, EXAMPLE, *shot, "--size", "10x10", says="--size")
         self.refused(2, EXAMPLE, *shot, "--focus", "sphere:1,2", says="--focus")

@@ -10,11 +10,16 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <csignal>
+#include <cstring>
 #include <memory>
 #include <set>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <catch2/catch.hpp>
+#include <sys/resource.h>
 #include <vtkCommand.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -40,6 +45,21 @@ std::shared_ptr<const Dataset> dataset() {
     return Dataset::open_memory(file::encode(mesh, test::simplify_naively(mesh), {}));
   }();
   return opened;
+}
+
+/// The same, as large as it is told; as doubles.
+std::shared_ptr<const Dataset> dataset_of_size(double scale, double offset = 0) {
+  TetMesh mesh = test::grid({{6, 5, 5}, {}, 2, 3});
+  PointArray positions{"", ScalarType::kFloat64, 3, {}};
+  positions.resize(mesh.vertex_count());
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    Point p = mesh.position(VertexId(v));
+    for (double& x : p)
+      x = offset + scale * x;
+    std::memcpy(positions.bytes.data() + v * sizeof(Point), p.data(), sizeof(Point));
+  }
+  mesh.positions = positions;
+  return Dataset::open_memory(file::encode(mesh, test::simplify_naively(mesh), {}));
 }
 
 Point middle() {
@@ -99,10 +119,10 @@ bool is_blue(const Colour& c) {
   return c[2] > 150 && c[0] < 60 && c[1] < 140;
 }
 
-Picture picture_of(const Settings& settings, const Look& look) {
+Picture picture_of(const Settings& settings, const Look& look, const std::shared_ptr<const Dataset>& data = dataset()) {
   want_display();
   const test::TempFolder folder;
-  Viewer viewer(dataset(), "test.ptet", settings, look, false);
+  Viewer viewer(data, "test.ptet", settings, look, false);
   viewer.finish();
   viewer.write_picture(folder / "p.png");
   return Picture(folder / "p.png");
@@ -111,9 +131,9 @@ Picture picture_of(const Settings& settings, const Look& look) {
 /// A viewer with a window, driven by events.
 class Window {
 public:
-  explicit Window(const Settings& settings) {
+  explicit Window(const Settings& settings, const std::shared_ptr<const Dataset>& data = dataset()) {
     want_display();
-    viewer_ = std::make_unique<Viewer>(dataset(), "test.ptet", settings, small(), true);
+    viewer_ = std::make_unique<Viewer>(data, "test.ptet", settings, small(), true);
     viewer_->advance();
     settle();
   }
@@ -205,6 +225,48 @@ TEST_CASE("every representation draws something, and another thing") {
         drawn += is_drawn(picture.at(x, y)) ? 1 : 0;
     CHECK(drawn > 2000);
     CHECK(amounts.insert(drawn).second);
+  }
+}
+
+TEST_CASE("meshes of any extent, anywhere, are drawn alike") {
+  Look look = small();
+  look.text = false;
+  look.edges = false;
+  const auto picture = [&](Show show, const std::shared_ptr<const Dataset>& data, double scale, double offset,
+                           bool with_camera) {
+    const DatasetInfo& info = data->info();
+    Settings settings;
+    settings.show = show;
+    settings.error = 0;
+    settings.plane = plane_across(1, info);
+    settings.plane.offset += 0.37 * scale; // through the centre of no tet
+    settings.focus = Sphere{{offset + scale * 48, offset + scale * 40, offset + scale * 40}, scale * 20};
+    Look here = look;
+    if (with_camera)
+      here.camera = View{{offset + scale * 300, offset - scale * 250, offset + scale * 200},
+                         {-260 * scale, 290 * scale, -160 * scale}};
+    return picture_of(settings, here, data);
+  };
+  const auto differing = [](const Picture& a, const Picture& b) {
+    int count = 0;
+    for (int x = 0; x < 480; ++x) {
+      for (int y = 100; y < 360; ++y) {
+        const Colour p = a.at(x, y), q = b.at(x, y);
+        count += std::abs(p[0] - q[0]) + std::abs(p[1] - q[1]) + std::abs(p[2] - q[2]) > 60 ? 1 : 0;
+      }
+    }
+    return count;
+  };
+  const auto plain = dataset_of_size(1);
+  for (const Show show : {Show::kSurface, Show::kCells, Show::kSlice, Show::kVolume}) {
+    const bool with_camera = show == Show::kCells || show == Show::kVolume;
+    const Picture wanted = picture(show, plain, 1, 0, with_camera);
+    CHECK(wanted.count(0, 480, is_drawn) > 2000);
+    for (const auto& [scale, offset] : {std::pair{1e-9, 0.0}, {1e-30, 0.0}, {1e20, 0.0}, {0.01, 1e6}}) {
+      INFO(scale << " from " << offset << ", " << static_cast<int>(show));
+      const auto data = dataset_of_size(scale, offset);
+      CHECK(differing(wanted, picture(show, data, scale, offset, with_camera)) < 300); // of 124,800
+    }
   }
 }
 
@@ -346,6 +408,33 @@ TEST_CASE("the focus is dragged, and the original appears inside") {
   }
 }
 
+TEST_CASE("the focus of a tiny mesh is dragged in its own units") {
+  constexpr double kScale = 1e-9;
+  const auto data = dataset_of_size(kScale);
+  for (const std::string key : {"o", "b"}) {
+    Window window({}, data);
+    const std::uint64_t coarse = window->frame().tets;
+    window.press(key);
+    CHECK(window->frame().tets > coarse);
+    REQUIRE(window->settings().focus);
+    const Region before = *window->settings().focus;
+    const auto [x, y] = window.place_of({0, 0, 0}); // where the middle is drawn
+    window.drag(x, y, x + 50, y + 15);
+    const Region after = *window->settings().focus;
+    CHECK_FALSE(after == before);
+    REQUIRE(after.index() == before.index());
+    Request request;
+    request.focus.push_back({after});
+    CHECK(window->frame().tets == data->extract(request).mesh.tets.size());
+    if (key == "o") {
+      const Sphere &from = std::get<Sphere>(before), &to = std::get<Sphere>(after);
+      CHECK(to.centre[0] - from.centre[0] > 5 * kScale);
+      CHECK(to.centre[0] - from.centre[0] < 96 * kScale);
+      CHECK(to.radius == Approx(from.radius));
+    }
+  }
+}
+
 // In a process of its own: VTK 9.1 keeps interactors whose loop never ran on a list that the next loop goes through.
 TEST_CASE("the window opens at once, fills as blocks come, and closes", "[.loop]") {
   want_display();
@@ -372,4 +461,20 @@ TEST_CASE("a picture that cannot be written is an error") {
   Viewer viewer(dataset(), "test.ptet", settings_for(Show::kSurface), small(), false);
   viewer.finish();
   CHECK_THROWS_AS(viewer.write_picture("/nonexistent/p.png"), Error);
+  // A file that can grow to no more than some bytes.
+  const test::TempFolder folder;
+  const std::string path = folder / "p.png";
+  viewer.write_picture(path);
+  const std::string before = test::read_bytes(path);
+  viewer.execute(Command::kSlice);
+  const auto restore = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &limit) == 0);
+  const rlimit small_limit{100, limit.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &small_limit) == 0);
+  CHECK_THROWS_AS(viewer.write_picture(path), Error);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
+  (void)std::signal(SIGXFSZ, restore);
+  CHECK(test::read_bytes(path) == before);
+  CHECK(folder.names() == std::vector<std::string>{"p.png"});
 }

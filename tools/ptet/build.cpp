@@ -193,7 +193,7 @@ std::vector<std::string> governing_names(const TetMesh& mesh, const std::vector<
 
 std::string output_of(const Arguments& arguments) {
   const std::string path = arguments.output.value_or(std::filesystem::path(arguments.input).stem().string() + ".ptet");
-  std::string target = checked_output(path, arguments.input);
+  std::string target = checked_output("-o", path, arguments.input);
   const bool meant = arguments.force || ending_of(target) == ".ptet";
   if (!meant && size_of_file(target) > 0 && !is_ptet_file(target)) {
     throw Error(ErrorCode::kBadArgument,
@@ -206,7 +206,7 @@ std::string output_of(const Arguments& arguments) {
 std::string checkpoint_of(const Arguments& arguments, const std::string& output) {
   if (!arguments.checkpoint) return {};
   const std::string& given = *arguments.checkpoint;
-  std::string path = checked_output(given, arguments.input);
+  std::string path = checked_output("--checkpoint", given, arguments.input);
   if (path == output) throw Error(ErrorCode::kBadArgument, "--checkpoint '" + given + "': this is the output file");
   std::error_code status;
   const bool exists = std::filesystem::exists(path, status);

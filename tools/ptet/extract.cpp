@@ -2,6 +2,7 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "console.hpp"
+#include "extract_notes.hpp"
 #include "extract_report.hpp"
 #include "files.hpp"
 #include "formats/surface/write.hpp"
@@ -191,7 +192,8 @@ void run(const Arguments& arguments) {
   ExtractOutcome outcome;
   outcome.input = arguments.input;
   outcome.output = arguments.output;
-  const std::string target = arguments.output ? checked_output(*arguments.output, arguments.input) : std::string{};
+  const std::string target =
+      arguments.output ? checked_output("-o", *arguments.output, arguments.input) : std::string{};
 
   ProgressLine progress;
   const auto begin = Clock::now();
@@ -201,6 +203,7 @@ void run(const Arguments& arguments) {
   outcome.extraction = dataset->extract(outcome.request, progress.callback());
   outcome.bytes = bytes_of(outcome.extraction);
   outcome.seconds = seconds_since(begin);
+  outcome.notes = notes_on_wishes(outcome);
   const std::optional<Error> shortfall = shortfall_of(outcome.extraction, arguments.salvage);
   if (shortfall && !arguments.salvage) throw *shortfall;
 
@@ -212,7 +215,9 @@ void run(const Arguments& arguments) {
     if (arguments.errors) options.cell_arrays = error_arrays(*dataset, outcome.extraction);
     write_mesh(target, outcome.extraction.mesh, options, progress.callback());
   } else if (kind == OutputKind::kSurface) {
-    write_surface(target, outcome.extraction.mesh, outcome.extraction.boundary_faces);
+    for (const std::string& note :
+         notes_on_surface(write_surface(target, outcome.extraction.mesh, outcome.extraction.boundary_faces)))
+      outcome.notes.push_back(note);
   }
   outcome.write_seconds = seconds_since(write_begin);
   progress.erase();
@@ -261,11 +266,12 @@ the length counts. --view keeps the boundary sharp to --pixels in a picture in p
 --json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "errors_are_bounds": true | false,
 "rms_error": {NAME: x} | null}, "vertices", "tets", "bytes", "bytes_read", "read_requests", "seconds",
 "limited_by": "error" | "budget" | "time" | "focus" | "nothing" | "memory" | "unreadable", "complete": true | false,
-"failures": [{"block", "byte_offset", "message"}], "output"}: errors absolute, seconds for opening and extraction
-("write_seconds" for the writing), bytes those that --bytes counts. Errors are no bounds where the build has not measured
-them everywhere (--evaluate). With a focus, values or a view "achieved" has the errors there by themselves: "in_focus" and
-"at_values", lists in the order asked, and "in_view" with "pixels". The RMS error is that over the domain of the original
-where the mesh covers it; a build that did not measure it leaves none.
+"failures": [{"block", "byte_offset", "message"}], "notes": [TEXT], "output"}: errors absolute, seconds for opening and
+extraction ("write_seconds" for the writing), bytes those that --bytes counts. Errors are no bounds where the build has
+not measured them everywhere (--evaluate). With a focus, values or a view "achieved" has the errors there by themselves:
+"in_focus" and "at_values", lists in the order asked, and "in_view" with "pixels". The RMS error is that over the domain
+of the original where the mesh covers it; a build that did not measure it leaves none. Notes say what of the wishes met
+nothing, and what .stl could not hold.
 )";
 
 } // namespace

@@ -234,7 +234,7 @@ std::uint64_t bytes_of(const Extraction& extraction) {
 }
 
 void print_json(const ExtractOutcome& outcome) {
-  const auto& [input, output, info, request, extraction, bytes, seconds, write_seconds] = outcome;
+  const auto& [input, output, info, request, extraction, bytes, seconds, write_seconds, notes] = outcome;
   Json json;
   json["asked"] = asked_json(request, info);
   json["achieved"] = achieved_json(extraction, info);
@@ -250,13 +250,14 @@ void print_json(const ExtractOutcome& outcome) {
   for (const BlockFailure& failure : extraction.failures)
     json["failures"].push_back(
         {{"block", failure.block}, {"byte_offset", failure.byte_offset}, {"message", failure.message}});
+  json["notes"] = notes;
   json["output"] = output ? Json(*output) : Json(nullptr);
   if (output) json["write_seconds"] = write_seconds;
   print(json);
 }
 
 void print_text(const ExtractOutcome& outcome) {
-  const auto& [input, output, info, request, extraction, bytes, seconds, write_seconds] = outcome;
+  const auto& [input, output, info, request, extraction, bytes, seconds, write_seconds, notes] = outcome;
   const auto share = [](std::uint64_t part, std::uint64_t whole) {
     return percent(static_cast<double>(part), static_cast<double>(whole));
   };
@@ -284,6 +285,8 @@ void print_text(const ExtractOutcome& outcome) {
   out << "  limited   by " << explain(request, extraction, bytes) << '\n';
   out << "  time      " << brief(seconds, 3) << " s, " << counted(extraction.bytes_read, "byte") << " read of "
       << grouped(info.file_bytes) << '\n';
+  for (const std::string& note : notes)
+    out << "  note      " << note << '\n';
   if (output) out << "  written   " << *output << " in " << brief(write_seconds, 3) << " s\n";
 }
 

@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace ptet::cli {
 
@@ -18,6 +19,7 @@ struct ExtractOutcome {
   std::uint64_t bytes = 0; ///< of the extraction, as Request::max_bytes counts them
   double seconds = 0;      ///< opening and extraction
   double write_seconds = 0;
+  std::vector<std::string> notes;
 };
 
 /// Of points, fields, tets and boundary faces.

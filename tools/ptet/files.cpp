@@ -42,15 +42,16 @@ std::uint64_t size_of_file(const std::string& path) {
   return status ? 0 : size;
 }
 
-std::string checked_output(const std::string& path, const std::string& input) {
-  if (path.empty()) throw Error(ErrorCode::kBadArgument, "-o: the name is empty");
+std::string checked_output(const std::string& option, const std::string& path, const std::string& input) {
+  if (path.empty()) throw Error(ErrorCode::kBadArgument, option + ": the name is empty");
   std::error_code status;
   const fs::path target = fs::is_symlink(path, status) ? fs::weakly_canonical(path, status) : fs::path(path);
   const fs::file_status found = fs::status(target, status);
   if (fs::is_directory(found)) cannot("write", path, "it is a folder");
   if (fs::exists(found) && !fs::is_regular_file(found)) cannot("write", path, "it is not a regular file");
   if (fs::equivalent(target, input, status)) {
-    throw Error(ErrorCode::kBadArgument, "-o '" + path + "': this is the input file; give the output another name");
+    throw Error(ErrorCode::kBadArgument,
+                option + " '" + path + "': this is the input file; give the output another name");
   }
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, status)) cannot("write", path, "there is no folder '" + folder.string() + "'");

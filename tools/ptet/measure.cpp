@@ -537,8 +537,8 @@ void run(const Arguments& arguments) {
   const Wishes wishes = parse(arguments);
   std::string target;
   if (arguments.errors) {
-    target = checked_output(*arguments.errors, arguments.original);
-    target = checked_output(*arguments.errors, arguments.simplified);
+    target = checked_output("--errors", *arguments.errors, arguments.original);
+    target = checked_output("--errors", *arguments.errors, arguments.simplified);
   }
   const auto begin = Clock::now();
   const int threads = wishes.threads == 0 ? oneapi::tbb::info::default_concurrency() : wishes.threads;

@@ -12,8 +12,11 @@
 #include <cmath>
 #include <csignal>
 #include <filesystem>
+#include <iostream>
 #include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 namespace ptet::cli {
 namespace {
@@ -33,14 +36,19 @@ view::Show parse_show(const std::string& text) {
   refuse("--show", text, "surface, cells, slice, iso or volume is wanted");
 }
 
+std::optional<double> finite(const std::string& text) {
+  double value = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
 view::Range parse_range(const std::string& text) {
   const std::size_t dots = text.find("..");
   const auto number = [&](const std::string& part) {
-    double value = 0;
-    const auto [end, status] = std::from_chars(part.data(), part.data() + part.size(), value);
-    if (status != std::errc{} || end != part.data() + part.size() || !std::isfinite(value))
-      refuse("--range", text, "MIN..MAX is wanted, two finite numbers");
-    return value;
+    const std::optional<double> value = finite(part);
+    if (!value) refuse("--range", text, "MIN..MAX is wanted, two finite numbers");
+    return *value;
   };
   const view::Range range{number(text.substr(0, dots)), number(dots == std::string::npos ? "" : text.substr(dots + 2))};
   if (!(range.least < range.most)) refuse("--range", text, "MIN must be less than MAX");
@@ -49,21 +57,32 @@ view::Range parse_range(const std::string& text) {
 
 /// See the help.
 view::Plane parse_plane(const std::string& text, const DatasetInfo& info) {
+  constexpr const char* kWanted = "x, y or z, with a place such as y:1.7, or nx,ny,nz,d is wanted";
   if (text.find(',') != std::string::npos) {
-    const auto half = std::get<HalfSpace>(parse_region("--plane", "half:" + text));
-    return {half.normal, half.offset};
+    std::vector<double> numbers;
+    for (std::size_t begin = 0; begin <= text.size();) {
+      const std::size_t end = std::min(text.find(',', begin), text.size());
+      const std::optional<double> number = finite(text.substr(begin, end - begin));
+      if (!number) refuse("--plane", text, kWanted);
+      numbers.push_back(*number);
+      begin = end + 1;
+    }
+    if (numbers.size() != 4) refuse("--plane", text, kWanted);
+    const Point normal{numbers[0], numbers[1], numbers[2]};
+    if (normal == Point{}) refuse("--plane", text, "the normal is 0,0,0");
+    return {normal, numbers[3]};
   }
   const bool has_sign = text.starts_with('+') || text.starts_with('-');
   const std::string name = text.substr(has_sign ? 1 : 0, text.find(':') - (has_sign ? 1 : 0));
   const std::size_t axis = std::string("xyz").find(name);
-  if (name.size() != 1 || axis == std::string::npos)
-    refuse("--plane", text, "x, y or z, with a place such as y:1.7, or nx,ny,nz,d is wanted");
+  if (name.size() != 1 || axis == std::string::npos) refuse("--plane", text, kWanted);
   view::Plane plane = view::plane_across(axis, info);
   if (has_sign && (text.front() == '-') != (plane.normal[axis] < 0)) plane = {{}, -plane.offset};
   if (has_sign) plane.normal[axis] = text.front() == '-' ? -1 : 1;
   if (const std::size_t colon = text.find(':'); colon != std::string::npos) {
-    const auto place = std::get<HalfSpace>(parse_region("--plane", "half:1,0,0," + text.substr(colon + 1)));
-    plane.offset = plane.normal[axis] * place.offset;
+    const std::optional<double> place = finite(text.substr(colon + 1));
+    if (!place) refuse("--plane", text, "a finite number is wanted after the colon, such as y:1.7");
+    plane.offset = plane.normal[axis] * *place;
   }
   return plane;
 }
@@ -138,7 +157,7 @@ view::Look look_of(const ViewArguments& arguments) {
 void make_picture(const ViewArguments& arguments, const view::Look& look) {
   if (ending_of(*arguments.screenshot) != ".png")
     refuse("--screenshot", *arguments.screenshot, "the ending must be .png");
-  const std::string target = checked_output(*arguments.screenshot, arguments.input);
+  const std::string target = checked_output("--screenshot", *arguments.screenshot, arguments.input);
   const auto dataset = Dataset::open(arguments.input);
   const view::Settings settings = settings_of(arguments, dataset->info());
   std::unique_ptr<view::VirtualDisplay> display;
@@ -146,6 +165,8 @@ void make_picture(const ViewArguments& arguments, const view::Look& look) {
   {
     view::Viewer viewer(dataset, std::filesystem::path(arguments.input).filename(), settings, look, false);
     viewer.finish();
+    if (settings.show == view::Show::kIsosurface && viewer.frame().polygons.count() == 0)
+      std::cerr << "ptet: note: there is no isosurface: nothing of the mesh has the value of --isovalue\n";
     for (const view::Frame* frame : {&viewer.frame(), viewer.original_frame()})
       if (frame != nullptr && !frame->failure.empty())
         throw Error(frame->failure_code, "the picture cannot be had in full: " + frame->failure);

@@ -106,7 +106,8 @@ std::vector<double> levels_of_tets(const Dataset& dataset, std::span<const Recor
   return values;
 }
 
-Scene::Scene(std::shared_ptr<const Dataset> dataset) : dataset_(dataset), session_(std::move(dataset)) {}
+Scene::Scene(std::shared_ptr<const Dataset> dataset)
+    : dataset_(dataset), placement_(dataset->info()), session_(std::move(dataset)), mesh_(placement_) {}
 
 const Frame& Scene::step(const Settings& settings, std::optional<double> max_ms) {
   const std::uint64_t bytes_before = bytes_read();
@@ -196,9 +197,9 @@ void Scene::make_geometry(const Settings& settings, const Changes* changes) {
   if (settings.show != Show::kVolume) frame_.cells = {};
   switch (settings.show) {
   case Show::kSurface: geometry_.boundary(mesh, frame_.polygons); break;
-  case Show::kCells: geometry_.cut_open(mesh, settings.plane, frame_.polygons, changes); break;
+  case Show::kCells: geometry_.cut_open(mesh, placement_.drawn(settings.plane), frame_.polygons, changes); break;
   case Show::kSlice:
-    measure_distances(settings.plane, changes);
+    measure_distances(placement_.drawn(settings.plane), changes);
     geometry_.level_set(mesh, distance_, 0, frame_.polygons, changes);
     break;
   case Show::kIsosurface:

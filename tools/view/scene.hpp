@@ -8,6 +8,7 @@
 
 #include "boundary_tets.hpp"
 #include "geometry.hpp"
+#include "placement.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/session.hpp"
 #include "shown_mesh.hpp"
@@ -75,7 +76,7 @@ private:
 };
 
 struct Frame {
-  Polygons polygons;
+  Polygons polygons;        ///< where the scene's placement draws them, as the cells
   Cells cells;              ///< only when a volume is shown; of the scene's own memory
   std::uint64_t number = 0; ///< another one whenever polygons or cells are
   Range range;              ///< of the values that colour, seen so far
@@ -104,6 +105,8 @@ public:
 
   [[nodiscard]] const Frame& frame() const { return frame_; }
   [[nodiscard]] const Dataset& dataset() const { return *dataset_; }
+  /// From the file's coordinates, which the settings are in, to those of the frame.
+  [[nodiscard]] const Placement& placement() const { return placement_; }
   /// Where the mesh's vertices lie, slot by slot; those of no use too.
   [[nodiscard]] const ShownMesh& mesh() const { return mesh_; }
 
@@ -117,6 +120,7 @@ private:
   void set_range(const Settings& settings);
 
   std::shared_ptr<const Dataset> dataset_;
+  Placement placement_;
   Session session_;
   ShownMesh mesh_;
   std::vector<double> tet_values_; ///< by tet slot; empty where the colour is a field's

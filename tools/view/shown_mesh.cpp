@@ -35,7 +35,7 @@ void ShownMesh::follow(const Session& session, const SessionUpdate& update) {
   const std::span<const VertexId> vertices = session.vertices();
   positions_.resize(vertices.size());
   for (const std::uint32_t slot : update.changed_vertices)
-    if (!vertices[slot].is_none()) positions_[slot] = point_of(session.positions(), slot);
+    if (!vertices[slot].is_none()) positions_[slot] = placement_.drawn(point_of(session.positions(), slot));
   for (Column& column : columns_) {
     column.values.resize(vertices.size());
     if (std::exchange(column.is_stale, false)) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "geometry.hpp"
+#include "placement.hpp"
 #include "ptet/session.hpp"
 
 #include <cstddef>
@@ -29,6 +30,9 @@ class ShownMesh {
 public:
   static constexpr std::size_t kColumns = 2;
 
+  /// Positions are where `placement` draws them.
+  explicit ShownMesh(const Placement& placement) : placement_(placement) {}
+
   /// Which field column `column` is of: a row of DatasetInfo::fields.
   void choose(std::size_t column, std::size_t field);
   /// The session's mesh as it is after `update`, which must follow the update of the last call.
@@ -50,6 +54,7 @@ private:
 
   void set_row(Column& column, std::span<const PointArray> arrays, std::size_t row);
 
+  Placement placement_;
   std::vector<Point> positions_;
   std::array<Column, kColumns> columns_;
   std::span<const std::array<std::uint32_t, 4>> tets_;

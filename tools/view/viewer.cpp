@@ -1,14 +1,12 @@
 #include "viewer.hpp"
 
 #include "caption.hpp"
-#include "ptet/error.hpp"
+#include "formats/whole_file.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
+#include <span>
 
 #include <vtkBoxRepresentation.h>
 #include <vtkBoxWidget2.h>
@@ -294,9 +292,10 @@ void Viewer::make_interactive() {
 void Viewer::place_camera() {
   if (look_.camera) {
     const View& view = *look_.camera;
-    camera_->SetPosition(view.eye.data());
-    camera_->SetFocalPoint(view.eye[0] + view.direction[0], view.eye[1] + view.direction[1],
-                           view.eye[2] + view.direction[2]);
+    const Point at = {view.eye[0] + view.direction[0], view.eye[1] + view.direction[1],
+                      view.eye[2] + view.direction[2]};
+    camera_->SetPosition(scene_.placement().drawn(view.eye).data());
+    camera_->SetFocalPoint(scene_.placement().drawn(at).data());
     camera_->SetViewUp(view.up.data());
     camera_->SetViewAngle(view.vertical_angle * kRadian);
     return;
@@ -306,13 +305,20 @@ void Viewer::place_camera() {
   camera_->SetFocalPoint(0, 0, 0);
   camera_->SetPosition(0.45, -1, 0.4);
   camera_->SetViewUp(0, 0, 1);
+  const Point low = scene_.placement().drawn(info.box_min);
+  const Point high = scene_.placement().drawn(info.box_max);
   std::array<double, 6> bounds{};
   for (std::size_t i = 0; i < 3; ++i) {
-    bounds[2 * i] = info.box_min[i];
-    bounds[2 * i + 1] = info.box_max[i];
+    bounds[2 * i] = low[i];
+    bounds[2 * i + 1] = high[i];
   }
   left_->ResetCamera(bounds.data());
   camera_->Zoom(1.3);
+}
+
+std::optional<Region> Viewer::drawn_focus() const {
+  if (!settings_.focus) return std::nullopt;
+  return scene_.placement().drawn(*settings_.focus);
 }
 
 void Viewer::arrange_panels() {
@@ -360,11 +366,12 @@ void Viewer::refresh() {
   set_colours();
   left_panel_.show(scene_.frame(), settings_.show, look_.edges);
   const bool is_dragged = interactor_ != nullptr && (box_->GetEnabled() != 0 || sphere_->GetEnabled() != 0);
-  left_panel_.show_focus(is_dragged ? std::nullopt : settings_.focus);
+  const std::optional<Region> focus = drawn_focus();
+  left_panel_.show_focus(is_dragged ? std::nullopt : focus);
   if (look_.text) left_panel_.set_title(caption(name_, dataset_->info(), settings_, scene_.frame()));
   if (look_.split) {
     right_panel_.show(original_->frame(), settings_.show, look_.edges);
-    right_panel_.show_focus(settings_.focus);
+    right_panel_.show_focus(focus);
     if (look_.text)
       right_panel_.set_title("the original" + std::string(original_->frame().is_complete ? "" : ", loading ..."));
   }
@@ -390,8 +397,9 @@ void Viewer::set_colours() {
   colours_->RemoveAllPoints();
   for (const ColourStop& stop : kSequential)
     colours_->AddRGBPoint(range.least + stop.at * (range.most - range.least), stop.red, stop.green, stop.blue);
-  left_panel_.set_range(range, dataset_->info().diagonal);
-  right_panel_.set_range(range, dataset_->info().diagonal);
+  const double size = scene_.placement().drawn(dataset_->info().diagonal);
+  left_panel_.set_range(range, size);
+  right_panel_.set_range(range, size);
 }
 
 Range Viewer::reach_of_place() const {
@@ -449,7 +457,8 @@ void Viewer::on_place_slider() {
 }
 
 void Viewer::on_box() {
-  settings_.focus = region_of(*vtkBoxRepresentation::SafeDownCast(box_->GetRepresentation()));
+  settings_.focus =
+      scene_.placement().in_file(region_of(*vtkBoxRepresentation::SafeDownCast(box_->GetRepresentation())));
   step();
 }
 
@@ -458,7 +467,7 @@ void Viewer::on_sphere() {
   Sphere region;
   sphere->GetCenter(region.centre.data());
   region.radius = sphere->GetRadius();
-  settings_.focus = region;
+  settings_.focus = scene_.placement().in_file(region);
   step();
 }
 
@@ -476,15 +485,16 @@ void Viewer::on_key() {
 // The widget that fits the region takes its place; regions of other shapes are only outlined.
 void Viewer::show_focus_widget() {
   if (interactor_ == nullptr) return;
-  const bool is_box = settings_.focus && std::holds_alternative<Box>(*settings_.focus);
-  const bool is_sphere = settings_.focus && std::holds_alternative<Sphere>(*settings_.focus);
+  const std::optional<Region> focus = drawn_focus();
+  const bool is_box = focus && std::holds_alternative<Box>(*focus);
+  const bool is_sphere = focus && std::holds_alternative<Sphere>(*focus);
   if (is_box) {
-    const Box& box = std::get<Box>(*settings_.focus);
+    const Box& box = std::get<Box>(*focus);
     std::array<double, 6> bounds = {box.min[0], box.max[0], box.min[1], box.max[1], box.min[2], box.max[2]};
     box_->GetRepresentation()->PlaceWidget(bounds.data());
   }
   if (is_sphere) {
-    const Sphere& region = std::get<Sphere>(*settings_.focus);
+    const Sphere& region = std::get<Sphere>(*focus);
     auto* const sphere = vtkSphereRepresentation::SafeDownCast(sphere_->GetRepresentation());
     std::array<double, 6> bounds{};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -597,14 +607,10 @@ void Viewer::write_picture(const std::string& path) {
   writer->WriteToMemoryOn();
   writer->Write();
   const vtkUnsignedCharArray* const bytes = writer->GetResult();
-  errno = 0;
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(const_cast<vtkUnsignedCharArray*>(bytes)->GetPointer(0)), // NOLINT
-             static_cast<std::streamsize>(bytes->GetNumberOfValues()));
-  if (!file.flush()) {
-    const std::string why = errno == 0 ? "" : std::string(": ") + std::strerror(errno);
-    throw Error(ErrorCode::kIo, "cannot write the picture '" + path + "'" + why);
-  }
+  const unsigned char* const begin = const_cast<vtkUnsignedCharArray*>(bytes)->GetPointer(0); // NOLINT
+  WholeFile file(path);
+  file.write(std::as_bytes(std::span(begin, static_cast<std::size_t>(bytes->GetNumberOfValues()))));
+  file.commit();
 }
 
 } // namespace ptet::view

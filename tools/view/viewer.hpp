@@ -64,7 +64,7 @@ public:
   bool advance();
   /// Goes all the way, waiting for blocks, and draws.
   void finish();
-  /// What was last drawn, as PNG. Throws Error(kIo).
+  /// What was last drawn, as PNG, whole or not at all. Throws Error(kIo); a file of that name is as it was then.
   void write_picture(const std::string& path);
   void execute(Command command);
 
@@ -95,6 +95,7 @@ private:
   void set_colours();
   void set_sliders();
   void show_focus_widget();
+  [[nodiscard]] std::optional<Region> drawn_focus() const;
   void start_focus(bool is_box);
   [[nodiscard]] Settings original_settings() const;
   /// Least and largest offset of the plane that cuts the box, or isovalue.

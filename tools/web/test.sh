@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the page and tests it in headless Chromium; see page_test.js.
+# Builds the page and tests it in headless Chromium; see parts_test.js and page_test.js.
 #
 #   tools/web/test.sh            needs build/ptet and tools/install-dependencies.sh --web --tests
 #
@@ -15,6 +15,9 @@ step() { printf '=== %s (%d s so far)\n' "$*" $((SECONDS - started)); }
 step "The page"
 ./build.sh
 npm ls playwright-core >/dev/null 2>&1 || npm ci --no-audit --no-fund --ignore-scripts
+
+step "Parts of the page by themselves"
+node parts_test.js
 
 step "A file to look at"
 rm -rf build/test

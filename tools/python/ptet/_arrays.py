@@ -56,12 +56,24 @@ def as_tets(given: npt.ArrayLike, vertices: int) -> Array:
     return np.ascontiguousarray(array, dtype=np.uint32)
 
 
+def as_text(given: str, what: str) -> str:
+    """Text that a file can hold, as UTF-8."""
+    if not isinstance(given, str):
+        raise ArgumentError(f"{what} {given!r}: text (str) is wanted")
+    try:
+        given.encode()
+    except UnicodeEncodeError as error:
+        raise ArgumentError(f"{what} {given!r}: there is no such text in UTF-8 ({error.reason})") from None
+    return given
+
+
 def as_fields(given: Mapping[str, npt.ArrayLike] | None, vertices: int) -> list[tuple[str, Array]]:
     """By name, (n,) or (n, components), each of one of the file's types."""
     fields = []
     for name, values in (given or {}).items():
         if not isinstance(name, str):
             raise ArgumentError(f"fields: {name!r} is no name; names are str")
+        as_text(name, "fields: the name")
         what = f"field {name!r}"
         array = _as_array(values, what)
         if array.ndim not in (1, 2) or array.shape[0] != vertices or 0 in array.shape[1:]:

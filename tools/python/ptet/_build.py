@@ -10,7 +10,7 @@ from typing import Any, Optional, Union
 import numpy.typing as npt
 
 from . import _core
-from ._arrays import as_fields, as_points, as_tets
+from ._arrays import as_fields, as_points, as_tets, as_text
 from ._dataset import Dataset, open as open_file
 from ._errors import ArgumentError
 from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse_field_bounds
@@ -212,8 +212,10 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
     else:
         target = float(parse_count(target_vertices, vertices, "target_vertices"))  # type: ignore[arg-type]
     names = [govern] if isinstance(govern, str) else list(govern or [])
-    if not all(isinstance(name, str) for name in names):
-        raise ArgumentError(f"govern {names!r}: names of fields are wanted")
+    for text, what in ((prediction, "predict"), (evaluation, "evaluate"), (objective, "objective"),
+                       (source_name, "source_name"), (source_hash, "source_hash"),
+                       *((name, "govern") for name in names)):
+        as_text(text, what)
     path = None if out is None else os.fsdecode(out)
     bounds = [(name, value, relative) for name, (value, relative) in
               parse_field_bounds(max_field_error, "max_field_error")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,9 +85,40 @@ def to_meshio(cut: Extraction) -> Any:
     return meshio.Mesh(cut.points, [("tetra", cut.tets.astype(np.int64))], point_data=data, cell_data=cells)
 
 
+# Cells that stand for another piece's, for finer ones, or for nothing: vtkDataSetAttributes' DUPLICATECELL, REFINEDCELL
+# and HIDDENCELL. `ptet build` leaves out the same ones.
+_GHOST_CELL = 1 | 8 | 32
+_GHOST_ARRAY = "vtkGhostType"
+
+
+def _warn(message: str) -> None:
+    """Of the function that called, to its caller."""
+    warnings.warn(message, stacklevel=3)
+
+
+def _ghost_message(count: int) -> str:
+    return (f"{count} ghost {'cell is' if count == 1 else 'cells are'} left out ({_GHOST_ARRAY}: duplicate, refined or "
+            "hidden)")
+
+
+def _kept_rows(flags: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    rows: npt.NDArray[np.bool_] = (np.asarray(flags).astype(np.uint8).reshape(-1) & _GHOST_CELL) == 0
+    return rows
+
+
+def _vtk_array(array: Any) -> npt.NDArray[Any] | None:
+    """Over the same memory; None of what holds no numbers that numpy could share, such as strings and bits."""
+    from vtkmodules.util.numpy_support import get_vtk_to_numpy_typemap, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import VTK_BIT, vtkDataArray
+    is_numeric = (isinstance(array, vtkDataArray) and array.GetDataType() != VTK_BIT
+                  and array.GetDataType() in get_vtk_to_numpy_typemap() and array.GetNumberOfComponents() > 0)
+    return vtk_to_numpy(array) if is_numeric else None
+
+
 def from_vtk(grid: Any) -> MeshArrays:
     """points, tets and fields of a vtkUnstructuredGrid of tetrahedra, for `build(*...)`. Arrays are shared where they
-    can be; cell fields, and arrays of no name, are left out.
+    can be; cell fields, and arrays of no name, are left out. So are ghost cells (duplicate, refined or hidden), with a
+    warning that says how many, and point arrays that are not numeric, with a warning that names them.
 
     Raises:
         InputError: cells of another kind. vtkDataSetTriangleFilter splits them; so does the program `ptet build`,
@@ -95,30 +127,59 @@ def from_vtk(grid: Any) -> MeshArrays:
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import VTK_TETRA
     kinds = vtk_to_numpy(grid.GetCellTypesArray()) if grid.GetNumberOfCells() else np.empty(0, np.uint8)
-    if (kinds != VTK_TETRA).any():
-        raise InputError(f"{int((kinds != VTK_TETRA).sum())} cells are no tetrahedra: split them, with "
-                         "vtkDataSetTriangleFilter or by the program `ptet build`")
+    ghosts = grid.GetCellGhostArray()
+    kept = np.ones(len(kinds), bool) if ghosts is None or not len(kinds) else _kept_rows(vtk_to_numpy(ghosts))
+    others = int((kinds[kept] != VTK_TETRA).sum())
+    if others:
+        raise InputError(f"{others} cells are no tetrahedra: split them, with vtkDataSetTriangleFilter or by the "
+                         "program `ptet build`")
     points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3), np.float32)
-    tets = (vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4) if len(kinds)
-            else np.empty((0, 4), np.int64))
+    tets = np.empty((0, 4), np.int64)
+    if kept.all() and len(kinds):
+        tets = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4)
+    elif kept.any():
+        starts = vtk_to_numpy(grid.GetCells().GetOffsetsArray())[:-1][kept]
+        tets = vtk_to_numpy(grid.GetCells().GetConnectivityArray())[starts[:, None] + np.arange(4)]
+    if not kept.all():
+        _warn(_ghost_message(int((~kept).sum())))
     data = grid.GetPointData()
-    arrays = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
-    fields = {array.GetName(): vtk_to_numpy(array) for array in arrays if array is not None and array.GetName()}
+    fields = {}
+    for i in range(data.GetNumberOfArrays()):
+        array = data.GetAbstractArray(i)
+        name = array.GetName()
+        if not name or name == _GHOST_ARRAY:
+            continue
+        values = _vtk_array(array)
+        if values is None:
+            _warn(f"point array {name!r} is not numeric ({array.GetDataTypeAsString()}) and is left out")
+        else:
+            fields[name] = values
     return points, tets, fields
 
 
 def from_meshio(mesh: Any) -> MeshArrays:
     """points, tets and fields of a meshio.Mesh of tetrahedra, for `build(*...)`; cells of lower dimension and cell
-    fields are left out.
+    fields are left out, and ghost cells as by from_vtk.
 
     Raises:
         InputError: cells of another kind; the program `ptet build` splits them, conformingly.
     """
-    kinds = {block.type for block in mesh.cells}
-    others = kinds - {"tetra", "vertex", "line", "triangle", "quad"}
+    flags = mesh.cell_data.get(_GHOST_ARRAY)
+    blocks, left_out = [], 0
+    for i, block in enumerate(mesh.cells):
+        kept = np.ones(len(block.data), bool) if flags is None else _kept_rows(flags[i])
+        left_out += int((~kept).sum())
+        if kept.all():
+            blocks.append((block.type, block.data))
+        elif kept.any():
+            blocks.append((block.type, np.asarray(block.data)[kept]))
+    others = {kind for kind, _ in blocks} - {"tetra", "vertex", "line", "triangle", "quad"}
     if others:
         raise InputError(f"cells of type {', '.join(sorted(others))}: split them into tetrahedra first; the program "
                          "`ptet build` does")
-    tets = [block.data for block in mesh.cells if block.type == "tetra"]
+    if left_out:
+        _warn(_ghost_message(left_out))
+    tets = [rows for kind, rows in blocks if kind == "tetra"]
     corners = np.concatenate(tets) if tets else np.empty((0, 4), np.int64)
-    return np.asarray(mesh.points), corners, dict(mesh.point_data)
+    fields = {name: values for name, values in mesh.point_data.items() if name != _GHOST_ARRAY}
+    return np.asarray(mesh.points), corners, fields

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Union
 
 from . import _core
+from ._arrays import as_text
 from ._errors import ArgumentError
 
 Vector = Sequence[float]
@@ -214,6 +215,7 @@ def parse_field_bounds(bounds: ErrorBounds | None, what: str) -> list[tuple[str,
     for name in bounds:
         if not isinstance(name, str) or not name:
             raise ArgumentError(f"{what}: {name!r} is no name of a field")
+        as_text(name, f"{what}: the name")
     return [(name, parse_bound(bound, f"{what} of {name!r}")) for name, bound in bounds.items()]
 
 
@@ -280,6 +282,7 @@ def make_request(vertices: int, tets: int, *, error: ErrorBounds | None, domain_
     for wanted in as_list(values, (Values,), "values"):
         assert isinstance(wanted, Values)
         least = _number(wanted.min, "min of Values")
+        as_text(wanted.field, "field of Values")
         request.add_values(wanted.field, least, least if wanted.max is None else _number(wanted.max, "max of Values"))
     if view is not None:
         as_list(view, (View,), "view")

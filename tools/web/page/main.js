@@ -76,6 +76,7 @@ function showState() {
 }
 
 function showRange() {
+  $("legend").style.visibility = info?.fields.length === 0 ? "hidden" : "";
   const [least, greatest] = seen[state.field] ?? [0, 1];
   $("least").textContent = brief(least);
   $("greatest").textContent = brief(greatest);
@@ -117,7 +118,7 @@ function ask() {
       focus: state.focus ? { min: [...focusBox.min], max: [...focusBox.max] } : null,
     };
     const drawing = {
-      field: state.field,
+      field: info.fields.length > 0 ? state.field : null,
       surface: state.show.has("surface"),
       cut: state.show.has("cut") ? plane() : null,
       slice: state.show.has("slice") ? plane() : null,
@@ -279,7 +280,7 @@ function linkToHere() {
     file: fileUrl ?? "",
     error: state.error === Infinity ? "any" : state.error,
     boundary: state.boundary === Infinity ? "any" : state.boundary,
-    field: info.fields[state.field].name,
+    field: info.fields[state.field]?.name ?? "",
     show: [...state.show].join(","),
     axis: "xyz"[state.axis],
     plane: state.plane,

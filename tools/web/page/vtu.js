@@ -14,8 +14,16 @@ const kTypeNames = {
 };
 const kTetrahedron = 10; // VTK_TETRA
 
+/** Of one number: "int16" has 2. */
+function bytesOf(type) {
+  return Number(/\d+$/.exec(type)[0]) / 8;
+}
+
+/** As the value of an attribute. XML has no form at all for most control characters: these are replaced. */
 function escaped(text) {
-  return text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
+  return text
+    .replace(/[\0-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]/g, "\ufffd")
+    .replace(/[&<>"\t\n\r]/g, (c) => `&#${c.charCodeAt(0)};`);
 }
 
 /** `mesh`: { positions, arrays: { name, type, components, bytes }, tets: vertex numbers, four each }. */
@@ -33,7 +41,7 @@ export function writeVtu(mesh) {
   };
   const connectivity = BigInt64Array.from(mesh.tets, BigInt);
   const offsets = BigInt64Array.from({ length: tetCount }, (_, i) => BigInt(4 * (i + 1)));
-  const vertexCount = mesh.positions.bytes.length / (mesh.positions.type === "float32" ? 12 : 24);
+  const vertexCount = mesh.positions.bytes.length / (3 * bytesOf(mesh.positions.type));
   const text = [
     '<?xml version="1.0"?>',
     '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">',

@@ -25,6 +25,10 @@ function tellFetched() {
   tell({ fetched: { bytes: source.bytesFetched, of: source.size, requests: source.requests } });
 }
 
+function report(error) {
+  tell({ failed: error instanceof SourceError ? error.message : `${error.name ?? "Error"}: ${error.message ?? error}` });
+}
+
 /** A turn for messages that are waiting. */
 function pause(milliseconds) {
   return new Promise((resolve) => setTimeout(resolve, milliseconds));
@@ -92,6 +96,8 @@ async function run() {
       tell(result, result.answer ? buffersOf(result.answer.picture) : []);
       await pause(result.answer?.mesh.isLoading ? kBetweenPictures : 0);
     }
+  } catch (error) {
+    report(error); // nobody waits for this function
   } finally {
     isRunning = false;
   }
@@ -117,6 +123,6 @@ self.onmessage = async ({ data }) => {
       tell({ saved: writeVtu(mesh) });
     }
   } catch (error) {
-    tell({ failed: error instanceof SourceError ? error.message : `${error.name ?? "Error"}: ${error.message}` });
+    report(error);
   }
 };

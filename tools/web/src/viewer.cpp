@@ -138,12 +138,16 @@ public:
     });
   }
 
-  /// `what`: { field, surface: whether; cut, slice: { normal, offset } or null; isosurface: { field, level } or null }.
-  /// Returns the triangles of each, relative to the middle of the file's box, and the range of the fields.
+  /// `what`: { field: or null, for no colours; surface: whether; cut, slice: { normal, offset } or null; isosurface:
+  /// { field, level } or null }. Returns the triangles of each, relative to the middle of the file's box, and the range
+  /// of the fields.
   val draw(const val& what) {
     return guarded([&] {
       points_ = points();
-      const std::vector<double> colours = scalars(what["field"].as<unsigned>());
+      const val field = what["field"];
+      const std::vector<double> colours =
+          field.isNull() ? std::vector<double>(points_.size(), std::numeric_limits<double>::quiet_NaN())
+                         : scalars(field.as<unsigned>());
       const Scene scene{session_->tets(), session_->boundary_faces(), points_, colours};
       const Point middle = centre();
       val result = val::object();

@@ -1,0 +1,78 @@
+#include "extract_notes.hpp"
+
+#include "console.hpp"
+#include "lod/region.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace ptet::cli {
+namespace {
+
+/// "the focus", or of several "focus 2".
+std::string nth(const char* what, std::size_t i, std::size_t count) {
+  return count == 1 ? std::string("the ") + what : std::string(what) + ' ' + std::to_string(i + 1);
+}
+
+bool is_met(const Region& region, const TetMesh& mesh) {
+  return std::any_of(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& tet) {
+    const std::array<Point, 4> corners = {mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]),
+                                          mesh.position(tet[3])};
+    return meets(region, corners);
+  });
+}
+
+/// Least and largest value at the corners of tets, of vectors the length.
+std::pair<double, double> range_of(const PointArray& array, const TetMesh& mesh) {
+  std::pair range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const Tet& tet : mesh.tets) {
+    for (const VertexId v : tet) {
+      double value = array.value(v.index(), 0);
+      for (std::uint32_t c = 1; c < array.components; ++c)
+        value = std::hypot(value, array.value(v.index(), c));
+      range.first = std::min(range.first, array.components == 1 ? value : std::fabs(value));
+      range.second = std::max(range.second, array.components == 1 ? value : std::fabs(value));
+    }
+  }
+  return range;
+}
+
+} // namespace
+
+std::vector<std::string> notes_on_wishes(const ExtractOutcome& outcome) {
+  const TetMesh& mesh = outcome.extraction.mesh;
+  const Request& request = outcome.request;
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < request.focus.size(); ++i)
+    if (!is_met(request.focus[i].region, mesh))
+      notes.push_back("no tet of the mesh meets " + nth("focus", i, request.focus.size()) +
+                      ": the mesh is in the box " + to_text(outcome.info.box_min) + " to " +
+                      to_text(outcome.info.box_max));
+  for (std::size_t i = 0; i < request.values.size(); ++i) {
+    const ValuesOfInterest& wanted = request.values[i];
+    const PointArray* const array = mesh.find(wanted.field);
+    if (array == nullptr) continue;
+    auto [least, most] = range_of(*array, mesh);
+    if (wanted.min <= most && (wanted.max >= least || (array->components > 1 && wanted.max >= 0))) continue;
+    notes.push_back("nothing of the mesh has the values asked for" +
+                    (request.values.size() == 1 ? "" : " in place " + std::to_string(i + 1)) + ": " +
+                    (array->components == 1 ? wanted.field : "the length of " + wanted.field) + " is from " +
+                    brief(least, 6) + " to " + brief(most, 6) + " there");
+  }
+  return notes;
+}
+
+std::vector<std::string> notes_on_surface(const SurfaceLoss& loss) {
+  constexpr double kLastDigits = 1e-6;
+  if (loss.largest_move <= kLastDigits * loss.diagonal && loss.degenerate_faces == 0) return {};
+  std::string note = "the 32-bit floats of .stl moved vertices by up to " + brief_up(loss.largest_move);
+  const std::string share = percent_up(loss.largest_move, loss.diagonal);
+  if (!share.empty()) note += " (" + share + " of the diagonal)";
+  if (loss.degenerate_faces != 0) note += ", " + counted(loss.degenerate_faces, "face") + " lost all area";
+  return {note + "; .obj, .off and .ply keep positions as they are"};
+}
+
+} // namespace ptet::cli
