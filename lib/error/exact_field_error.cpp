@@ -1,9 +1,9 @@
 #include "error/exact_field_error.hpp"
 
-#include "mesh/box_tree.hpp"
 #include "error/double_double.hpp"
 #include "error/star_cones.hpp"
 #include "error/tolerances.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
