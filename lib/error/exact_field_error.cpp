@@ -2,6 +2,7 @@
 
 #include "error/barycentric.hpp"
 #include "error/double_double.hpp"
+#include "error/double_double.hpp"
 #include "error/star_cones.hpp"
 #include "error/tolerances.hpp"
 #include "mesh/box_tree.hpp"

@@ -12,8 +12,8 @@
 // The Finite Element Method, 8.8.2, volume coordinates).
 #pragma once
 
-#include "mesh/box_tree.hpp"
 #include "error/surface_distance.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/predicates.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
