@@ -2,10 +2,9 @@
 
 #include "error/barycentric.hpp"
 #include "error/double_double.hpp"
-#include "error/double_double.hpp"
-#include "error/star_cones.hpp"
+#include "error/original_cells.hpp"
+#include "error/tet_clip.hpp"
 #include "error/tolerances.hpp"
-#include "mesh/box_tree.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -19,16 +18,13 @@ namespace ptet {
 using namespace vec;
 namespace {
 
-constexpr std::uint32_t kOutside = 0xffffffffU;
 /// So many channels go through the clipping themselves. Of more, what goes through it are weights of the tet's corners.
 constexpr std::size_t kMostCarried = 8;
 /// What rounding can make of a zero among barycentric coordinates, against the lengths and the volume they come from;
 /// in versions so flat that it would be more than kMostPlaneRounding it is taken for no more.
 constexpr double kPlaneRounding = 64 * std::numeric_limits<double>::epsilon();
 constexpr double kMostPlaneRounding = 1e-10;
-/// Flatter tets, by the determinant of their edges against the product of the lengths, are measured in numbers of twice
-/// the digits; what is flatter than these can tell is not measured but bounded.
-constexpr double kFlatShape = 1e-6;
+/// What is flatter than twice a double's digits can tell, see OriginalCells::kFlatShape, is not measured but bounded.
 constexpr double kFlattestShape = 1e-27;
 /// What is left of kPlaneRounding with twice the digits.
 constexpr double kFinePlaneRounding = 0x1p-94;
@@ -38,236 +34,13 @@ constexpr double kClipRounding = 4 * std::numeric_limits<double>::epsilon();
 constexpr double kCornersThatCount = 1e14;
 /// A part of so little of both tets is where they touch.
 constexpr double kTouchingPart = 1e-27;
-/// Of the tets around a vertex all are looked at up to so many; beyond, those that a tree finds.
-constexpr std::uint32_t kLargeStar = 256;
 /// No difference but 0 is nearer to 0: its square is one that a double holds. Far below what an error code tells.
 constexpr double kLeastDifference = 1e-140;
 
-/// An original tet, as a walk wants it.
-struct Cell {
-  std::array<std::uint32_t, 4> v;
-  std::array<std::uint32_t, 4> neighbor; ///< across the face opposite each corner; kOutside at the boundary
-  double volume;
-};
-
-/// Sums over the planes of sets of planes, a byte a plane.
-constexpr std::array<std::uint32_t, 16> kByPlane = [] {
-  std::array<std::uint32_t, 16> bytes{};
-  for (unsigned set = 0; set < 16; ++set)
-    for (unsigned plane = 0; plane < 4; ++plane)
-      bytes[set] += (set >> plane & 1U) << 8 * plane;
-  return bytes;
-}();
-
-/// By the set of corners of a tet that lie beyond a plane: all of them, those inside first.
-constexpr std::array<std::array<std::uint8_t, 4>, 16> kInsideFirst = [] {
-  std::array<std::array<std::uint8_t, 4>, 16> orders{};
-  for (unsigned outside = 0; outside < 16; ++outside) {
-    std::size_t first = 0;
-    std::size_t last = 4;
-    for (std::uint8_t k = 0; k < 4; ++k)
-      orders[outside][(outside >> k & 1U) == 0 ? first++ : --last] = k;
-  }
-  return orders;
-}();
-
-/// A corner of a tet that is being clipped.
-template <std::size_t N>
-struct Corner {
-  Barycentric barycentric;       ///< in the version
-  std::array<double, N> carried; ///< what is linear on the tet, and wanted of its part
-  unsigned beyond;               ///< bits: the planes of the version that it lies strictly on the outer side of
-};
-template <std::size_t N>
-using Corners = std::array<const Corner<N>*, 4>;
-
-/// Clips a tet to the version: calls `use(corners, volume)` for each of the tets that its part falls into. Of their
-/// corners only what is carried is known.
-template <std::size_t N, class Use>
-class Clip {
-public:
-  explicit Clip(Use& use) : use_(use) {}
-
-  /// The part of a tet on the inner side of `planes` (a set of bits).
-  void part_of(const Corners<N>& corners, double volume, unsigned planes) {
-    const std::array<unsigned, 4> beyond{corners[0]->beyond & planes, corners[1]->beyond & planes,
-                                         corners[2]->beyond & planes, corners[3]->beyond & planes};
-    if ((beyond[0] & beyond[1] & beyond[2] & beyond[3]) != 0) return;
-    const unsigned cutting = beyond[0] | beyond[1] | beyond[2] | beyond[3];
-    if (cutting == 0) {
-      use_(corners, volume);
-      return;
-    }
-    if ((cutting & (cutting - 1)) == 0) {
-      cut_at<true>(corners, volume, static_cast<unsigned>(std::countr_zero(cutting)), 0);
-      return;
-    }
-    // First the plane that leaves the fewest pieces: the one with the most corners beyond it.
-    const std::uint32_t count = kByPlane[beyond[0]] + kByPlane[beyond[1]] + kByPlane[beyond[2]] + kByPlane[beyond[3]];
-    unsigned plane = 0;
-    for (unsigned other = 1; other < 4; ++other)
-      if ((count >> 8 * other & 0xFFU) > (count >> 8 * plane & 0xFFU)) plane = other;
-    cut_at<false>(corners, volume, plane, cutting & ~(1U << plane));
-  }
-
-private:
-  /// Cuts at a plane that has corners on both sides. Last: at no others after it.
-  template <bool Last>
-  void cut_at(const Corners<N>& corners, double volume, unsigned plane, unsigned others) {
-    unsigned outside = 0;
-    for (unsigned k = 0; k < 4; ++k)
-      outside |= (corners[k]->beyond >> plane & 1U) << k;
-    const auto& order = kInsideFirst[outside];
-    const Corners<N> c{corners[order[0]], corners[order[1]], corners[order[2]], corners[order[3]]};
-    // The edge from c[i], inside, to c[j] is cut at `s` of its length; `rest` = 1 - s.
-    struct Cut {
-      Corner<N> corner;
-      double s, rest;
-    };
-    const auto cut = [&](std::size_t i, std::size_t j, Cut& made) {
-      const Corner<N>& a = *c[i];
-      const Corner<N>& b = *c[j];
-      const double per_length = 1 / (a.barycentric[plane] - b.barycentric[plane]);
-      made.s = a.barycentric[plane] * per_length;
-      made.rest = -b.barycentric[plane] * per_length;
-      for (std::size_t k = 0; k < N; ++k)
-        made.corner.carried[k] = made.rest * a.carried[k] + made.s * b.carried[k];
-      if constexpr (!Last)
-        made.corner.beyond = combine(made.rest, a.barycentric, made.s, b.barycentric, made.corner.barycentric);
-    };
-    const auto go_on = [&](const Corners<N>& piece, double part) {
-      if constexpr (Last)
-        use_(piece, part * volume);
-      else
-        part_of(piece, part * volume, others);
-    };
-    Cut p, q, r, s;
-    switch (std::popcount(outside)) {
-    case 3:
-      cut(0, 1, p);
-      cut(0, 2, q);
-      cut(0, 3, r);
-      go_on({c[0], &p.corner, &q.corner, &r.corner}, p.s * q.s * r.s);
-      return;
-    case 2: // a prism between triangles (c0, p, q) and (c1, r, s)
-      cut(0, 2, p);
-      cut(0, 3, q);
-      cut(1, 2, r);
-      cut(1, 3, s);
-      go_on({c[0], &p.corner, &q.corner, &s.corner}, p.s * q.s * s.rest);
-      go_on({c[0], &p.corner, &r.corner, &s.corner}, p.s * r.rest * s.s);
-      go_on({c[0], c[1], &r.corner, &s.corner}, r.s * s.s);
-      return;
-    default: // a prism between triangles (c0, c1, c2) and (p, q, r)
-      cut(0, 3, p);
-      cut(1, 3, q);
-      cut(2, 3, r);
-      go_on({c[0], c[1], c[2], &r.corner}, r.s);
-      go_on({c[0], c[1], &q.corner, &r.corner}, q.s * r.rest);
-      go_on({c[0], &p.corner, &q.corner, &r.corner}, p.s * q.rest * r.rest);
-      return;
-    }
-  }
-
-  Use& use_;
-};
-
 } // namespace
 
-struct ExactFieldError::Impl {
-  Impl(const PreparedMesh& p, ChannelView c) : prepared(p), channels(c), on_boundary(p.used_vertex_count) {
-    for (std::size_t i = 0; i < c.channels; ++i)
-      ends_field.push_back(i + 1 == c.channels || c.field_of[i + 1] != c.field_of[i] ? 1 : 0);
-    scalars = std::find(ends_field.begin(), ends_field.end(), 0) == ends_field.end();
-    for (std::size_t i = 0; i < c.channels; ++i)
-      if (ends_field[i] != 0) scale_sq.push_back(c.scale.empty() ? 1 : c.scale[c.field_of[i]] * c.scale[c.field_of[i]]);
-    const std::vector<Tet>& tets = p.mesh.tets;
-    const FaceTable faces = build_face_table(tets, p.used_vertex_count);
-    std::vector<BoundingBox> boxes;
-    cells.reserve(tets.size());
-    for (const Tet& tet : tets) {
-      Cell& cell = cells.emplace_back();
-      for (std::size_t k = 0; k < 4; ++k)
-        cell.v[k] = tet[k].index();
-      cell.volume = volume_of(cell.v);
-      if (!is_flat(cell)) continue;
-      for (const std::uint32_t v : cell.v)
-        on_boundary[v] = 1;
-    }
-    for (std::uint32_t t = 0; t < tets.size(); ++t) {
-      Cell& cell = cells[t];
-      for (std::uint32_t k = 0; k < 4; ++k) {
-        const HalfFace h = 4 * t + k;
-        cell.neighbor[k] = faces.is_boundary(h) ? kOutside : faces.mate[h] / 4;
-        if (!faces.is_boundary(h) && is_flat(cell) == is_flat(cells[cell.neighbor[k]])) continue;
-        const Face face = face_of(tets, h);
-        boxes.push_back(box_of<3>({point(face[0].index()), point(face[1].index()), point(face[2].index())}));
-        boundary_faces.push_back(h);
-        for (const VertexId v : face)
-          on_boundary[v.index()] = 1;
-      }
-    }
-    boundary_tree.emplace(boxes);
-    std::vector<std::uint32_t> count(p.used_vertex_count + 1);
-    for (const Cell& cell : cells)
-      for (const std::uint32_t v : cell.v)
-        ++count[v + 1];
-    for (std::size_t v = 1; v < count.size(); ++v)
-      count[v] += count[v - 1];
-    star_begin = count;
-    star.resize(4 * cells.size());
-    for (std::uint32_t t = 0; t < cells.size(); ++t)
-      for (const std::uint32_t v : cells[t].v)
-        star[count[v]++] = t;
-    for (std::uint32_t v = 0; v < p.used_vertex_count; ++v)
-      if (star_begin[v + 1] - star_begin[v] > kLargeStar) {
-        large_stars.push_back(v);
-        cones.push_back(cones_of(v));
-      }
-  }
-
-  /// 0 for a tet that is flat, exactly, and for no other.
-  [[nodiscard]] double volume_of(const std::array<std::uint32_t, 4>& tet) const {
-    const Point& o = point(tet[0]);
-    const Vec3 e1 = point(tet[1]) - o, e2 = point(tet[2]) - o, e3 = point(tet[3]) - o;
-    const double det = std::abs(dot(e1, cross(e2, e3)));
-    if (det > kFlatShape * (norm(e1) * norm(e2) * norm(e3))) return det / 6;
-    if (orientation(o, point(tet[1]), point(tet[2]), point(tet[3])) == 0) return 0;
-    const FineVec3 f1 = fine_difference(point(tet[1]), o), f2 = fine_difference(point(tet[2]), o),
-                   f3 = fine_difference(point(tet[3]), o);
-    return std::max(std::abs(dot(f1, cross(f2, f3)).rounded()) / 6, std::numeric_limits<double>::min());
-  }
-
-  [[nodiscard]] StarCones::Triangle opposite(const std::array<std::uint32_t, 4>& tet, std::uint32_t v) const {
-    StarCones::Triangle triangle{};
-    std::size_t count = 0;
-    for (const std::uint32_t corner : tet)
-      if (corner != v) triangle[count++] = point(corner);
-    return triangle;
-  }
-  [[nodiscard]] StarCones cones_of(std::uint32_t v) const {
-    std::vector<StarCones::Triangle> faces;
-    for (std::uint32_t i = star_begin[v]; i != star_begin[v + 1]; ++i)
-      faces.push_back(opposite(cells[star[i]].v, v));
-    return {point(v), faces};
-  }
-
-  [[nodiscard]] const Point& point(std::uint32_t v) const { return prepared.points[v]; }
-  [[nodiscard]] static bool is_flat(const Cell& cell) { return !(cell.volume > 0); }
-
-  const PreparedMesh& prepared;
-  ChannelView channels;
-  std::vector<char> ends_field;           ///< by channel: whether it is the last of its field
-  bool scalars = true;                    ///< whether each is a field
-  std::vector<double> scale_sq;           ///< by field: the square of the scale of errors
-  std::vector<Cell> cells;                ///< the original tets
-  std::vector<std::uint32_t> star_begin;  ///< by vertex, into `star`
-  std::vector<std::uint32_t> star;        ///< tets around each vertex, ascending
-  std::vector<std::uint32_t> large_stars; ///< vertices, ascending
-  std::vector<StarCones> cones;           ///< of each of these, by place in its star
-  std::vector<char> on_boundary;          ///< by vertex: of a boundary face or a flat tet
-  std::vector<HalfFace> boundary_faces;   ///< and those between tets with and without volume
-  std::optional<BoxTree> boundary_tree;   ///< of these
+struct ExactFieldError::Impl : OriginalCells {
+  using OriginalCells::OriginalCells;
 };
 
 ExactFieldError::Workspace::Workspace(const ExactFieldError& original)
@@ -313,6 +86,10 @@ public:
 
 private:
   using Row = Workspace::Row;
+  using Cell = OriginalCells::Cell;
+  static constexpr std::uint32_t kOutside = OriginalCells::kOutside;
+  static constexpr std::uint32_t kLargeStar = OriginalCells::kLargeStar;
+  static constexpr double kFlatShape = OriginalCells::kFlatShape;
 
   /// A tet's stamp while it waits in the queue and after it has left it.
   [[nodiscard]] std::uint32_t queued() const { return w_.stamp_; }
@@ -567,13 +344,13 @@ private:
         rows[k] = look_at(cell.v[k]);
         beyond[k] = w_.rows_[rows[k]].beyond;
       }
-      const bool flat = Impl::is_flat(cell);
+      const bool flat = cell.is_flat();
       if (!flat && !see_tet(fine_ ? rows_by_place(cell) : rows, cell.volume)) continue;
       for (std::size_t k = 0; k < 4; ++k) {
         const auto& face = kOutwardFace[k];
         if ((beyond[face[0]] & beyond[face[1]] & beyond[face[2]]) != 0) continue;
         const std::uint32_t other = cell.neighbor[k];
-        if (other == kOutside || Impl::is_flat(original_.cells[other]) != flat) met_boundary_ = true;
+        if (other == kOutside || original_.cells[other].is_flat() != flat) met_boundary_ = true;
         if (other != kOutside && w_.tet_stamp_[other] < queued()) push(other);
       }
     }
@@ -653,7 +430,7 @@ private:
     if (cutting == 0) {
       seen.add(d, volume, ends_field);
     } else {
-      std::array<Corner<N>, 4> corners;
+      std::array<ClipCorner<N>, 4> corners;
       for (std::size_t k = 0; k < 4; ++k) {
         corners[k].barycentric = row[k]->barycentric;
         corners[k].beyond = row[k]->strictly_beyond;
@@ -661,14 +438,14 @@ private:
       }
       bool any = false;
       double covered = 0;
-      auto use = [&](const Corners<N>& piece, double part) {
+      auto use = [&](const ClipCorners<N>& piece, double part) {
         any = true;
         covered += part;
         seen.add(
             {piece[0]->carried.data(), piece[1]->carried.data(), piece[2]->carried.data(), piece[3]->carried.data()},
             part, ends_field);
       };
-      Clip<N, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
+      TetClip<N, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
       if (only_touches(covered, volume)) return any;
     }
     std::array<double, 4> corner_sq{};
@@ -691,7 +468,7 @@ private:
 
   /// The same for any number of channels: what is carried are weights of the tet's corners.
   bool see_weighted(const std::array<std::uint32_t, 4>& rows, double volume) {
-    std::array<Corner<4>, 4> corners;
+    std::array<ClipCorner<4>, 4> corners;
     for (std::size_t k = 0; k < 4; ++k) {
       corners[k].barycentric = w_.rows_[rows[k]].barycentric;
       corners[k].beyond = w_.rows_[rows[k]].strictly_beyond;
@@ -702,7 +479,7 @@ private:
     double covered = 0;
     seen_sq_.assign(errors_.size(), 0.0);
     integral_.assign(errors_.size(), 0.0);
-    auto use = [&](const Corners<4>& piece, double part) {
+    auto use = [&](const ClipCorners<4>& piece, double part) {
       any = true;
       covered += part;
       std::array<double, 4> norm_sq{};
@@ -727,7 +504,7 @@ private:
         integral = 0;
       }
     };
-    Clip<4, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
+    TetClip<4, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
     if (only_touches(covered, volume)) return any;
     std::array<double, 4> corner_sq{};
     for (std::size_t c = 0; c < channels_; ++c) {

@@ -30,6 +30,7 @@
 // Source: Cignoni et al. 2000, sections 4.1 and 4.2 (the errors), which take the maximum over removed vertices only.
 #pragma once
 
+#include "error/channel_view.hpp"
 #include "mesh/prepare.hpp"
 #include "mesh/topology.hpp"
 
@@ -39,16 +40,6 @@
 #include <vector>
 
 namespace ptet {
-
-/// Values at the vertices of the original mesh: `channels` numbers a vertex, grouped in fields.
-struct ChannelView {
-  std::span<const double> values;
-  std::size_t channels = 0;
-  /// By channel: the field it is a component of; ascending. A field's error is the Euclidean norm over its channels.
-  std::span<const std::size_t> field_of;
-  /// By field: errors are told as so many times those of the values. Empty: 1 for all.
-  std::span<const double> scale = {};
-};
 
 class ExactFieldError {
 public:

@@ -1,0 +1,112 @@
+#include "error/original_cells.hpp"
+
+#include "error/double_double.hpp"
+#include "mesh/predicates.hpp"
+#include "mesh/vec3.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ptet {
+using namespace vec;
+
+OriginalCells::OriginalCells(const PreparedMesh& mesh, ChannelView fields)
+    : prepared(mesh), channels(fields), on_boundary(mesh.used_vertex_count) {
+  describe_fields();
+  make_cells();
+  find_boundary();
+  make_stars();
+}
+
+void OriginalCells::describe_fields() {
+  const std::size_t count = channels.channels;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t field = channels.field_of[i];
+    ends_field.push_back(i + 1 == count || channels.field_of[i + 1] != field ? 1 : 0);
+    if (ends_field[i] != 0)
+      scale_sq.push_back(channels.scale.empty() ? 1 : channels.scale[field] * channels.scale[field]);
+  }
+  scalars = std::find(ends_field.begin(), ends_field.end(), 0) == ends_field.end();
+}
+
+void OriginalCells::make_cells() {
+  const std::vector<Tet>& tets = prepared.mesh.tets;
+  cells.reserve(tets.size());
+  for (const Tet& tet : tets) {
+    Cell& cell = cells.emplace_back();
+    for (std::size_t k = 0; k < 4; ++k)
+      cell.v[k] = tet[k].index();
+    cell.volume = volume_of(cell.v);
+    if (!cell.is_flat()) continue;
+    for (const std::uint32_t v : cell.v)
+      on_boundary[v] = 1;
+  }
+}
+
+void OriginalCells::find_boundary() {
+  const std::vector<Tet>& tets = prepared.mesh.tets;
+  const FaceTable faces = build_face_table(tets, prepared.used_vertex_count);
+  std::vector<BoundingBox> boxes;
+  for (std::uint32_t t = 0; t < tets.size(); ++t) {
+    Cell& cell = cells[t];
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      const HalfFace h = 4 * t + k;
+      cell.neighbor[k] = faces.is_boundary(h) ? kOutside : faces.mate[h] / 4;
+      if (!faces.is_boundary(h) && cell.is_flat() == cells[cell.neighbor[k]].is_flat()) continue;
+      const Face face = face_of(tets, h);
+      boxes.push_back(box_of<3>({point(face[0].index()), point(face[1].index()), point(face[2].index())}));
+      boundary_faces.push_back(h);
+      for (const VertexId v : face)
+        on_boundary[v.index()] = 1;
+    }
+  }
+  boundary_tree.emplace(boxes);
+}
+
+void OriginalCells::make_stars() {
+  std::vector<std::uint32_t> next(prepared.used_vertex_count + 1);
+  for (const Cell& cell : cells)
+    for (const std::uint32_t v : cell.v)
+      ++next[v + 1];
+  for (std::size_t v = 1; v < next.size(); ++v)
+    next[v] += next[v - 1];
+  star_begin = next;
+  star.resize(4 * cells.size());
+  for (std::uint32_t t = 0; t < cells.size(); ++t)
+    for (const std::uint32_t v : cells[t].v)
+      star[next[v]++] = t;
+  for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)
+    if (star_begin[v + 1] - star_begin[v] > kLargeStar) {
+      large_stars.push_back(v);
+      cones.push_back(cones_of(v));
+    }
+}
+
+double OriginalCells::volume_of(const std::array<std::uint32_t, 4>& tet) const {
+  const Point& o = point(tet[0]);
+  const Vec3 e1 = point(tet[1]) - o, e2 = point(tet[2]) - o, e3 = point(tet[3]) - o;
+  const double det = std::abs(dot(e1, cross(e2, e3)));
+  if (det > kFlatShape * (norm(e1) * norm(e2) * norm(e3))) return det / 6;
+  if (orientation(o, point(tet[1]), point(tet[2]), point(tet[3])) == 0) return 0;
+  const FineVec3 f1 = fine_difference(point(tet[1]), o), f2 = fine_difference(point(tet[2]), o),
+                 f3 = fine_difference(point(tet[3]), o);
+  return std::max(std::abs(dot(f1, cross(f2, f3)).rounded()) / 6, std::numeric_limits<double>::min());
+}
+
+StarCones::Triangle OriginalCells::opposite(const std::array<std::uint32_t, 4>& tet, std::uint32_t v) const {
+  StarCones::Triangle triangle{};
+  std::size_t count = 0;
+  for (const std::uint32_t corner : tet)
+    if (corner != v) triangle[count++] = point(corner);
+  return triangle;
+}
+
+StarCones OriginalCells::cones_of(std::uint32_t v) const {
+  std::vector<StarCones::Triangle> faces;
+  for (std::uint32_t i = star_begin[v]; i != star_begin[v + 1]; ++i)
+    faces.push_back(opposite(cells[star[i]].v, v));
+  return {point(v), faces};
+}
+
+} // namespace ptet

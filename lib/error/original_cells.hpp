@@ -1,0 +1,63 @@
+// The original mesh, as measurements of versions walk over it: tets with their neighbours, those around each vertex,
+// and a tree of the faces at which a walk ends.
+#pragma once
+
+#include "error/channel_view.hpp"
+#include "error/star_cones.hpp"
+#include "mesh/box_tree.hpp"
+#include "mesh/prepare.hpp"
+#include "mesh/topology.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace ptet {
+
+struct OriginalCells {
+  static constexpr std::uint32_t kOutside = 0xffffffffU;
+  /// Of the tets around a vertex all are looked at up to so many; beyond, those that a tree finds.
+  static constexpr std::uint32_t kLargeStar = 256;
+  /// Flatter tets, by the determinant of their edges against the product of the lengths, are measured in numbers of
+  /// twice the digits.
+  static constexpr double kFlatShape = 1e-6;
+
+  struct Cell {
+    std::array<std::uint32_t, 4> v;
+    std::array<std::uint32_t, 4> neighbor; ///< across the face opposite each corner; kOutside at the boundary
+    double volume;                         ///< 0 for a tet that is flat, exactly, and for no other
+    [[nodiscard]] bool is_flat() const { return !(volume > 0); }
+  };
+
+  /// Both must outlive the object.
+  OriginalCells(const PreparedMesh& mesh, ChannelView fields);
+
+  [[nodiscard]] const Point& point(std::uint32_t v) const { return prepared.points[v]; }
+  /// The face of a tet opposite its corner v.
+  [[nodiscard]] StarCones::Triangle opposite(const std::array<std::uint32_t, 4>& tet, std::uint32_t v) const;
+
+  const PreparedMesh& prepared;
+  ChannelView channels;
+  std::vector<char> ends_field;           ///< by channel: whether it is the last of its field
+  bool scalars = true;                    ///< whether each is a field
+  std::vector<double> scale_sq;           ///< by field: the square of the scale of errors
+  std::vector<Cell> cells;                ///< the original tets
+  std::vector<std::uint32_t> star_begin;  ///< by vertex, into `star`
+  std::vector<std::uint32_t> star;        ///< tets around each vertex, ascending
+  std::vector<std::uint32_t> large_stars; ///< vertices, ascending
+  std::vector<StarCones> cones;           ///< of each of these, by place in its star
+  std::vector<char> on_boundary;          ///< by vertex: of a boundary face or a flat tet
+  std::vector<HalfFace> boundary_faces;   ///< and those between tets with and without volume
+  std::optional<BoxTree> boundary_tree;   ///< of these
+
+private:
+  void describe_fields();
+  void make_cells();
+  void find_boundary();
+  void make_stars();
+  [[nodiscard]] double volume_of(const std::array<std::uint32_t, 4>& tet) const;
+  [[nodiscard]] StarCones cones_of(std::uint32_t v) const;
+};
+
+} // namespace ptet
