@@ -53,7 +53,8 @@ std::vector<VertexId> vertex_order(const std::vector<Point>& points, const Verte
     else
       unused.emplace_back(v);
   }
-  const auto& [low, high] = box;
+  const Point& low = box.low;
+  const Point& high = box.high;
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   const auto quantised = [&](const Point& p, std::size_t i) {
     return extent > 0 ? static_cast<std::uint64_t>((p[i] - low[i]) / extent * 0x1fffff) : 0;
