@@ -421,7 +421,7 @@ class Reports(Case):
         for word in ["in the view", "pixels", "smooth = 0.1", "nothing outside"]:
             self.assertIn(word, text)
 
-    def test_budgets(self):
+    def test_budgets_of_bytes_and_time(self):
         self.built_grid(8)
         for size, most in [("20kB", 20000), ("0.03MB", 30000), ("40000", 40000)]:
             report = self.json("extract", "grid.ptet", "--bytes", size)
