@@ -62,6 +62,7 @@ class View(unittest.TestCase):
         self.refused(2, EXAMPLE, *shot, "--show", "iso", says="--isovalue")
         self.refused(2, EXAMPLE, *shot, "--error", "3", says="a percentage")
         self.refused(2, EXAMPLE, *shot, "--plane", "w:1", says="--plane 'w:1'")
+        self.refused(2, EXAMPLE, *shot, "--camera", "eye=9,9,9:at=0,0,0:size=80x60", says="--size")
         for plane in ("x:", "y:1.7m", "z:inf", "1,0,0", "1,0,0,", "0,0,0,1"):
             result = self.refused(2, EXAMPLE, *shot, "--plane", plane, says=f"--plane '{plane}': ")
             self.assertNotIn("half:", result.stderr)

@@ -227,7 +227,7 @@ ValuesOfInterest parse_values(std::string_view option, std::string_view text) {
   return {std::string(text.substr(0, equals)), *min, *max};
 }
 
-View parse_view(std::string_view option, std::string_view text) {
+View parse_view(std::string_view option, std::string_view text, bool has_size) {
   View view;
   view.vertical_angle = kDegree * 30;
   std::optional<Point> eye, at, up;
@@ -253,14 +253,16 @@ View parse_view(std::string_view option, std::string_view text) {
       if (!angle || *angle <= 0 || *angle >= 180)
         refuse(option, text, "an angle above 0 and below 180 degrees is wanted");
       view.vertical_angle = kDegree * *angle;
-    } else if (name == "size") {
+    } else if (name == "size" && has_size) {
       const std::size_t times = std::min(value.find('x'), value.size());
       constexpr std::uint64_t kMost = 1U << 20;
       view.width = static_cast<std::uint32_t>(parse_whole(option, value.substr(0, times), 1, kMost));
       view.height =
           static_cast<std::uint32_t>(parse_whole(option, value.substr(std::min(times + 1, value.size())), 1, kMost));
     } else {
-      refuse(option, text, "'" + std::string(part) + "' is none of eye=, at=, up=, angle=, size=");
+      refuse(option, text,
+             "'" + std::string(part) +
+                 "' is none of eye=, at=, up=, angle=" + (has_size ? ", size=" : "; the size is that of --size"));
     }
   }
   if (!eye || !at) refuse(option, text, "eye=x,y,z:at=x,y,z is wanted");

@@ -51,8 +51,8 @@ struct Count {
 /// FIELD=MIN..MAX
 [[nodiscard]] ValuesOfInterest parse_values(std::string_view option, std::string_view text);
 /// 30 degrees from side to side of the height and 1920 x 1080 pixels when it does not say; z is up, or y when it looks
-/// along z.
-[[nodiscard]] View parse_view(std::string_view option, std::string_view text);
+/// along z. `has_size`: whether the text may say how many pixels, or that is another option's to say.
+[[nodiscard]] View parse_view(std::string_view option, std::string_view text, bool has_size = true);
 
 /// Refuses a field that is not one of `governing`; `all` and `governing` as below.
 void check_field(std::string_view option, const std::string& field, const std::vector<std::string>& all,

@@ -147,7 +147,7 @@ view::Look look_of(const ViewArguments& arguments) {
     look.height = static_cast<int>(parse_whole("--size", arguments.size->substr(second), kLeast, kMost));
   }
   if (arguments.range) look.range = parse_range(*arguments.range);
-  if (arguments.camera) look.camera = parse_view("--camera", *arguments.camera);
+  if (arguments.camera) look.camera = parse_view("--camera", *arguments.camera, false);
   look.edges = !arguments.no_edges;
   look.split = arguments.split;
   look.text = !arguments.no_text;
