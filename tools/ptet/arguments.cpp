@@ -15,14 +15,6 @@ namespace {
   throw Error(ErrorCode::kBadArgument, std::string(option) + " '" + std::string(text) + "': " + why);
 }
 
-/// The whole of `text` as a finite number, or nothing.
-std::optional<double> finite(std::string_view text) {
-  double value = 0;
-  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (status != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 /// X or X%, X finite and not negative (minus zero included).
 std::optional<Bound> bound_of(std::string_view text) {
   const bool relative = text.ends_with('%');
@@ -78,6 +70,13 @@ OrientedBox oriented_box(std::string_view option, std::string_view text, const P
 }
 
 } // namespace
+
+std::optional<double> finite(std::string_view text) {
+  double value = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
 
 std::uint64_t Count::of(std::uint64_t total) const {
   constexpr double kRounding = 1 + 0x1p-51; // 29% of 100 is 29

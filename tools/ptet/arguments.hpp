@@ -16,6 +16,7 @@
 #include "ptet/dataset.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,8 @@ struct Count {
   [[nodiscard]] std::uint64_t of(std::uint64_t total) const;
 };
 
+/// The whole of `text` as a finite number, or nothing.
+[[nodiscard]] std::optional<double> finite(std::string_view text);
 /// A finite number >= 0.
 [[nodiscard]] double parse_number(std::string_view option, std::string_view text);
 /// A whole number >= `least`, <= `most`.

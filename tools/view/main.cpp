@@ -8,8 +8,6 @@
 #include "virtual_display.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <iostream>
@@ -34,13 +32,6 @@ view::Show parse_show(const std::string& text) {
   for (const auto& [name, show] : kNames)
     if (name == text) return show;
   refuse("--show", text, "surface, cells, slice, iso or volume is wanted");
-}
-
-std::optional<double> finite(const std::string& text) {
-  double value = 0;
-  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (status != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
 }
 
 view::Range parse_range(const std::string& text) {
