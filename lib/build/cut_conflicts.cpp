@@ -1,15 +1,12 @@
 #include "build/cut_conflicts.hpp"
 
+#include "mesh/box_tree.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
+#include <optional>
 
-#include <boost/geometry.hpp>
-#include <boost/geometry/geometries/box.hpp>
-#include <boost/geometry/geometries/point.hpp>
-#include <boost/geometry/index/rtree.hpp>
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -17,24 +14,19 @@
 namespace ptet::build {
 namespace {
 
-namespace bgi = boost::geometry::index;
-using BoxPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
-using Box = boost::geometry::model::box<BoxPoint>;
 using Record = std::uint32_t;
 
 constexpr Record kNobody = std::numeric_limits<Record>::max();
 /// Records between two reports of progress.
 constexpr Record kBatch = 16384;
 /// So many records are climbed from before it is looked whether faces meet.
-constexpr std::size_t kShortClimb = 256;
+constexpr std::size_t kShortClimb = 64;
 
 /// A boundary face that a collapse made.
 struct MadeFace {
   Face face;
   Record maker;
 };
-using Entry = std::pair<Box, std::uint32_t>; ///< its box and its place among the made faces
-using Tree = bgi::rtree<Entry, bgi::linear<16>>;
 
 /// For each record others, in compressed rows.
 struct Rows {
@@ -52,15 +44,8 @@ bool face_of_ghost(const Tet& tet, Face& face) {
   return true;
 }
 
-Box box_of_face(const Face& face, const std::vector<Point>& points) {
-  Point low = points[face[0].index()];
-  Point high = low;
-  for (const VertexId v : face)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], points[v.index()][axis]);
-      high[axis] = std::max(high[axis], points[v.index()][axis]);
-    }
-  return {BoxPoint(low[0], low[1], low[2]), BoxPoint(high[0], high[1], high[2])};
+BoundingBox box_of_face(const Face& face, const std::vector<Point>& points) {
+  return box_of(std::array{points[face[0].index()], points[face[1].index()], points[face[2].index()]});
 }
 
 /// The records that consumed what each record made.
@@ -115,14 +100,17 @@ public:
   Conflicts(const PreparedMesh& prepared, const RecordStream& records)
       : points_(prepared.points), records_(records), parents_(parents_of(records)),
         scratch_([&] { return Scratch(records.size()); }) {
-    std::vector<Entry> entries;
-    for (Record r = 0; r < records.size(); ++r)
+    std::vector<BoundingBox> boxes;
+    for (Record r = 0; r < records.size(); ++r) {
+      first_made_.push_back(static_cast<std::uint32_t>(made_.size()));
       for (std::uint32_t m = 0; m < records.modified_count[r]; ++m)
         if (Face face{}; face_of_ghost(records.versions[records.coarse_begin[r].index() + m], face)) {
-          entries.emplace_back(box_of_face(face, points_), static_cast<std::uint32_t>(made_.size()));
+          boxes.push_back(box_of_face(face, points_));
           made_.push_back({face, r});
         }
-    tree_ = Tree(entries.begin(), entries.end());
+    }
+    first_made_.push_back(static_cast<std::uint32_t>(made_.size()));
+    tree_.emplace(boxes);
   }
 
   /// By record: later records whose faces it must not leave standing; ascending.
@@ -167,11 +155,11 @@ private:
     Marks reached;
     Marks open; ///< makers of faces near by that were not reached yet
     std::size_t open_count = 0;
-    Record last = 0;           ///< of those that were open
-    std::vector<Record> queue; ///< the records reached
-    std::size_t next = 0;      ///< the first of them whose parents were not looked at
-    std::vector<Entry> near;
-    std::vector<std::pair<Box, Face>> fine;
+    Record last = 0;                 ///< of those that were open
+    std::vector<Record> queue;       ///< the records reached
+    std::size_t next = 0;            ///< the first of them whose parents were not looked at
+    std::vector<std::uint32_t> near; ///< places among the made faces
+    std::vector<std::pair<BoundingBox, Face>> fine;
   };
 
   /// Marks all that `from` needs up to record `last`.
@@ -196,27 +184,29 @@ private:
       if (Face face{}; face_of_ghost(records_.versions[t.index()], face))
         s.fine.emplace_back(box_of_face(face, points_), face);
     if (s.fine.empty()) return;
-    Box all = s.fine.front().first;
-    for (const auto& [box, face] : s.fine)
-      boost::geometry::expand(all, box);
+    BoundingBox all;
+    for (const auto& [box, face] : s.fine) {
+      all.add(box.low);
+      all.add(box.high);
+    }
     s.near.clear();
-    tree_.query(bgi::intersects(all) && bgi::satisfies([&](const Entry& e) { return made_[e.second].maker > r; }),
-                std::back_inserter(s.near));
+    tree_->each_meeting(all, first_made_[r + 1], [&](std::uint32_t place) { s.near.push_back(place); });
     // Most makers are needed, and found near by; what is not needed seldom meets. So the long way up is seldom gone.
     begin_climb(r, s);
     climb_to_makers(s, kShortClimb);
     if (s.open_count == 0) return;
-    std::erase_if(s.near, [&](const Entry& entry) {
-      const auto& [face, maker] = made_[entry.second];
-      return !s.open.has(maker) || std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face](const auto& mine) {
-        return boost::geometry::intersects(mine.first, entry.first) &&
-               faces_meet_improperly(mine.second, face, points_);
+    std::erase_if(s.near, [&](std::uint32_t place) {
+      const auto& [face, maker] = made_[place];
+      if (!s.open.has(maker)) return true;
+      const BoundingBox box = box_of_face(face, points_);
+      return std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face](const auto& mine) {
+        return mine.first.meets(box) && faces_meet_improperly(mine.second, face, points_);
       });
     });
     open_makers(s);
     climb_to_makers(s, std::numeric_limits<std::size_t>::max());
     if (s.open_count == 0) return;
-    for (const auto& [box, place] : s.near)
+    for (const std::uint32_t place : s.near)
       if (s.open.remove(made_[place].maker)) found.push_back(made_[place].maker);
     std::sort(found.begin(), found.end());
   }
@@ -226,7 +216,7 @@ private:
     s.open.clear();
     s.open_count = 0;
     s.last = 0;
-    for (const auto& [box, place] : s.near)
+    for (const std::uint32_t place : s.near)
       if (const Record maker = made_[place].maker; s.open.add(maker)) {
         ++s.open_count;
         s.last = std::max(s.last, maker);
@@ -253,8 +243,9 @@ private:
   const std::vector<Point>& points_;
   const RecordStream& records_;
   Rows parents_;
-  std::vector<MadeFace> made_;
-  Tree tree_;
+  std::vector<MadeFace> made_;            ///< in the order of the records
+  std::vector<std::uint32_t> first_made_; ///< by record, and the end
+  std::optional<BoxTree> tree_;           ///< of the made faces
   oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 

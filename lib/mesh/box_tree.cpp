@@ -24,13 +24,15 @@ BoxTree::BoxTree(std::span<const BoundingBox> boxes) : order_(boxes.size()) {
 
 std::uint32_t BoxTree::build(std::span<std::uint32_t> items, std::uint32_t begin, std::span<const BoundingBox> boxes) {
   BoundingBox box, centers;
+  std::uint32_t last_item = 0;
   for (const std::uint32_t item : items) {
     box.add(boxes[item].low);
     box.add(boxes[item].high);
     centers.add({center_of(boxes[item], 0), center_of(boxes[item], 1), center_of(boxes[item], 2)});
+    last_item = std::max(last_item, item);
   }
   const auto id = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.push_back({box, begin, static_cast<std::uint32_t>(items.size())});
+  nodes_.push_back({box, begin, static_cast<std::uint32_t>(items.size()), last_item});
   if (items.size() <= kLeafSize) return id;
 
   std::size_t axis = 0;

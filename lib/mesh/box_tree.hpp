@@ -49,6 +49,7 @@ public:
   struct Node {
     BoundingBox box;
     std::uint32_t first, count;
+    std::uint32_t last_item; ///< the greatest below it
   };
 
   /// Same boxes, same tree. Fewer than 2^32 - 1 boxes, finite. Cost: n log n.
@@ -60,20 +61,25 @@ public:
   /// Calls `visit(item)` for each item whose box meets `query`; always in the same order. Thread rule: const.
   template <class Visit>
   void each_meeting(const BoundingBox& query, Visit&& visit) const {
+    each_meeting(query, 0, visit);
+  }
+  /// The same for items from `first_item` on.
+  template <class Visit>
+  void each_meeting(const BoundingBox& query, std::uint32_t first_item, Visit&& visit) const {
     std::array<std::uint32_t, 64> pending;
     std::size_t count = 0;
     if (!nodes_.empty()) pending[count++] = 0;
     while (count > 0) {
       const std::uint32_t id = pending[--count];
       const Node& node = nodes_[id];
-      if (!node.box.meets(query)) continue;
+      if (node.last_item < first_item || !node.box.meets(query)) continue;
       if (node.count == 0) {
         pending[count++] = node.first;
         pending[count++] = id + 1;
         continue;
       }
       for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot)
-        if (boxes_[slot].meets(query)) visit(order_[slot]);
+        if (order_[slot] >= first_item && boxes_[slot].meets(query)) visit(order_[slot]);
     }
   }
 
