@@ -4,6 +4,7 @@ import math
 import pathlib
 import threading
 import unittest
+import warnings
 
 from support import built, check_mesh, cube, largest_error, resident_bytes, rows_as_set
 
@@ -102,6 +103,16 @@ class Extract(unittest.TestCase):
         self.assertLessEqual(seen.in_view.field_error["t"], 0.04 * self.data.info.field("t").range)
         self.assertLess(len(seen.tets), len(everywhere.tets))
         self.assertIsNone(everywhere.in_view)
+
+    def test_what_is_not_there_is_warned_of(self):
+        near, far = ptet.Sphere((0, 0, 0), 0.2), ptet.Sphere((9, 9, 9), 0.2)
+        with self.assertWarnsRegex(ptet.UnmetWarning, r"no tet of the mesh meets focus 1: the mesh is in the box \(0\.0, "):
+            self.data.extract(focus=[near, far])
+        with self.assertWarnsRegex(ptet.UnmetWarning, "nothing of the mesh has the values 0 asked for"):
+            self.data.extract(error="4%", values=ptet.Values("t", 1e6))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.data.extract(focus=near, error="4%", values=ptet.Values("t", 1.25))
 
     def test_origins(self):
         cut = self.data.extract(error="3%", origins=True)

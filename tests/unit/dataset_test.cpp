@@ -191,6 +191,17 @@ TEST_CASE("dataset: a focus away from the mesh, and budgets below the base, give
   CHECK(dataset()->extract(nothing).limited_by == LimitedBy::kBudget);
 }
 
+TEST_CASE("dataset: wishes that meet nothing are known by their places") {
+  Request request;
+  request.focus = {{Sphere{{1e6, 0, 0}, 1}}, {Sphere{{0, 0, 0}, 1}}, {Box{{-3, -3, -3}, {-1, -1, -1}}}};
+  request.values = {{"pressure", 1e6, 2e6}, {"pressure", -1e6, 1e6}, {"flow", -2, -1}, {"flow", -1, 1e6}};
+  const UnmetWishes unmet = unmet_wishes(request, dataset()->extract(request).mesh);
+  CHECK(unmet.focus == std::vector<std::size_t>{0, 2});
+  CHECK(unmet.values == std::vector<std::size_t>{0, 2});
+  CHECK(unmet_wishes({}, mesh()).focus.empty());
+  CHECK(unmet_wishes({}, mesh()).values.empty());
+}
+
 TEST_CASE("dataset: a single tet, and a vertex that no tet uses") {
   TetMesh one = test::single_tet();
   const auto opened = Dataset::open_memory(file::encode(one, test::simplify_naively(one), {}));

@@ -485,4 +485,9 @@ TEST_CASE("the caption says what was asked and achieved") {
   CHECK(text.find("\nachieved: pressure ") != std::string::npos);
   CHECK(text.find(" of " + std::to_string(dataset()->info().tets) + " tets") != std::string::npos);
   CHECK(text.find("loading") == std::string::npos);
+  CHECK(text.find("beside the mesh") == std::string::npos);
+  settings.focus = Sphere{{100, 100, 100}, 1};
+  CHECK(
+      caption("room.ptet", dataset()->info(), settings, scene.step(settings)).find("\nthe focus is beside the mesh") !=
+      std::string::npos);
 }

@@ -1,10 +1,8 @@
 #include "extract_notes.hpp"
 
 #include "console.hpp"
-#include "lod/region.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -15,14 +13,6 @@ namespace {
 /// "the focus", or of several "focus 2".
 std::string nth(const char* what, std::size_t i, std::size_t count) {
   return count == 1 ? std::string("the ") + what : std::string(what) + ' ' + std::to_string(i + 1);
-}
-
-bool is_met(const Region& region, const TetMesh& mesh) {
-  return std::any_of(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& tet) {
-    const std::array<Point, 4> corners = {mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]),
-                                          mesh.position(tet[3])};
-    return meets(region, corners);
-  });
 }
 
 /// Least and largest value at the corners of tets, of vectors the length.
@@ -45,18 +35,16 @@ std::pair<double, double> range_of(const PointArray& array, const TetMesh& mesh)
 std::vector<std::string> notes_on_wishes(const ExtractOutcome& outcome) {
   const TetMesh& mesh = outcome.extraction.mesh;
   const Request& request = outcome.request;
+  const UnmetWishes unmet = unmet_wishes(request, mesh);
   std::vector<std::string> notes;
-  for (std::size_t i = 0; i < request.focus.size(); ++i)
-    if (!is_met(request.focus[i].region, mesh))
-      notes.push_back("no tet of the mesh meets " + nth("focus", i, request.focus.size()) +
-                      ": the mesh is in the box " + to_text(outcome.info.box_min) + " to " +
-                      to_text(outcome.info.box_max));
-  for (std::size_t i = 0; i < request.values.size(); ++i) {
+  for (const std::size_t i : unmet.focus)
+    notes.push_back("no tet of the mesh meets " + nth("focus", i, request.focus.size()) + ": the mesh is in the box " +
+                    to_text(outcome.info.box_min) + " to " + to_text(outcome.info.box_max));
+  for (const std::size_t i : unmet.values) {
     const ValuesOfInterest& wanted = request.values[i];
     const PointArray* const array = mesh.find(wanted.field);
     if (array == nullptr) continue;
-    auto [least, most] = range_of(*array, mesh);
-    if (wanted.min <= most && (wanted.max >= least || (array->components > 1 && wanted.max >= 0))) continue;
+    const auto [least, most] = range_of(*array, mesh);
     notes.push_back("nothing of the mesh has the values asked for" +
                     (request.values.size() == 1 ? "" : " in place " + std::to_string(i + 1)) + ": " +
                     (array->components == 1 ? wanted.field : "the length of " + wanted.field) + " is from " +

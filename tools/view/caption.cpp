@@ -1,5 +1,6 @@
 #include "caption.hpp"
 
+#include "lod/region.hpp"
 #include "tools/brief_up.hpp"
 
 #include <algorithm>
@@ -106,6 +107,7 @@ std::string caption(const std::string& file, const DatasetInfo& info, const Sett
           percent(static_cast<double>(frame.tets), static_cast<double>(info.tets)) + ")\n" +
           milliseconds(frame.cut_ms) + (frame.has_read ? " for the cut and reading, " : " for the cut, ") +
           milliseconds(frame.geometry_ms) + " for what is drawn";
+  if (settings.focus && !meets(*settings.focus, info.box_min, info.box_max)) text += "\nthe focus is beside the mesh";
   if (!frame.is_complete) text += frame.limited_by == LimitedBy::kLoading ? "\nloading ..." : "\nrefining ...";
   if (!frame.failure.empty()) text += "\ncoarser where the file is damaged: " + frame.failure;
   return text;

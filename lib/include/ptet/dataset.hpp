@@ -116,6 +116,15 @@ struct Extraction {
   double seconds = 0;              ///< wall time of the call
 };
 
+/// What a request asks of places that its answer has not.
+struct UnmetWishes {
+  std::vector<std::size_t> focus;  ///< places in Request::focus of regions that no tet of the mesh meets
+  std::vector<std::size_t> values; ///< places in Request::values of intervals that no point of the mesh has a value in
+};
+/// `mesh`: of the Extraction that answered the request. Thread rule: const. Cost: next to nothing for what is met,
+/// a look at every tet for what is not.
+[[nodiscard]] UnmetWishes unmet_wishes(const Request& request, const TetMesh& mesh);
+
 /// What the file says of a tet by the record that made it, see Extraction::made_by.
 enum class OriginValue {
   kFieldError,  ///< largest error of a governing field among the tets that the record made, field units

@@ -28,7 +28,7 @@ from ._build import (
     validate,
 )
 from ._dataset import ByteSource, Dataset, DatasetInfo, FieldInfo, open
-from ._errors import ArgumentError, Cancelled, Error, FileError, FormatError, InputError, LimitError
+from ._errors import ArgumentError, Cancelled, Error, FileError, FormatError, InputError, LimitError, UnmetWarning
 from ._exchange import from_meshio, from_vtk
 from ._extraction import BlockFailure, Extraction, PartErrors
 from ._request import (
@@ -51,7 +51,7 @@ __all__ = [
     "ArgumentError", "BlockFailure", "Bound", "Box", "Budget", "BuildReport", "Built", "ByteSource", "Cancelled",
     "Count", "Dataset", "DatasetInfo", "Error", "Extraction", "FieldInfo", "FieldSummary", "FileError", "Finding",
     "FormatError", "HalfSpace", "InputError", "LimitError", "MeshReport", "OrientedBox", "PartErrors",
-    "ProgressCallback", "Region", "Round", "Session", "SessionUpdate", "Sphere", "UNUSED", "Values", "View", "build",
+    "ProgressCallback", "Region", "Round", "Session", "SessionUpdate", "Sphere", "UNUSED", "UnmetWarning", "Values", "View", "build",
     "from_meshio", "from_vtk", "open", "validate",
 ]
 

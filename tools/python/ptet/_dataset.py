@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Optional, Protocol, Union
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._errors import ArgumentError, FileError, FormatError, LimitError
+from ._errors import ArgumentError, FileError, FormatError, LimitError, UnmetWarning
 from ._extraction import Extraction
 from ._request import Bound, Budget, ErrorBounds, Region, Values, View, make_request
 
@@ -146,6 +147,9 @@ class Dataset:
                 Extraction.input_vertex. Only of a file that keeps it: `build(keep_order=True)`.
             progress: called as of `build`; returning False raises Cancelled.
 
+        Warns:
+            UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has.
+
         Raises:
             ArgumentError (an unknown field, a bound that is negative or not finite, an empty region), Cancelled,
             MemoryError; and unless the dataset was opened with `salvage`, where blocks cannot be had: FormatError,
@@ -154,10 +158,21 @@ class Dataset:
         request = make_request(self.info.vertices, self.info.tets, error=error, domain_error=domain_error, focus=focus,
                                values=values, view=view, budget=budget, origins=origins)
         request.input_order = bool(input_order)
-        extraction = Extraction(self._core.extract(request, progress), self.info, origins, request.input_order)
+        core = self._core.extract(request, progress)
+        extraction = Extraction(core, self.info, origins, request.input_order)
         if not (extraction.complete or self.salvage):
             _raise_shortfall(extraction)
+        self._warn_of_unmet(request, core)
         return extraction
+
+    def _warn_of_unmet(self, request: _core.Request, core: _core.Extraction) -> None:
+        focus, values = self._core.unmet_wishes(request, core)
+        if focus:
+            warnings.warn(f"no tet of the mesh meets focus {_places(focus)}: the mesh is in the box "
+                          f"{self.info.box_min} to {self.info.box_max}", UnmetWarning, stacklevel=3)
+        if values:
+            warnings.warn(f"nothing of the mesh has the values {_places(values)} asked for", UnmetWarning,
+                          stacklevel=3)
 
     def session(self) -> Session:
         """A mesh that follows its requests, beginning with the coarsest. See Session."""
@@ -197,6 +212,10 @@ class Dataset:
         names = ", ".join(field.name for field in self.info.fields)
         return (f"<ptet.Dataset: {self.info.vertices} vertices, {self.info.tets} tets, "
                 f"fields {names or 'none'}, {self.info.file_bytes} bytes>")
+
+
+def _places(indices: list[int]) -> str:
+    return ", ".join(str(i) for i in indices)
 
 
 def _raise_shortfall(extraction: Extraction) -> None:

@@ -40,3 +40,7 @@ class FileError(Error, OSError):
 
 class Cancelled(Error):
     """The progress callback returned False."""
+
+
+class UnmetWarning(UserWarning):
+    """A request asks for something that is not in the mesh: a focus beside it, values that it does not have."""
