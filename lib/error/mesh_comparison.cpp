@@ -287,8 +287,8 @@ std::uint64_t count_boundary_intersections(std::span<const Point> points, std::s
   for_each_block(faces.size(), "checking the boundary", progress,
                  [&](std::size_t block, std::size_t begin, std::size_t end) {
                    for (std::size_t f = begin; f < end; ++f)
-                     tree.each_meeting(boxes[f], [&](std::uint32_t other) {
-                       if (other > f && faces_meet_improperly(faces[f], faces[other], points)) ++partial[block];
+                     tree.each_meeting(boxes[f], static_cast<std::uint32_t>(f) + 1, [&](std::uint32_t other) {
+                       if (faces_meet_improperly(faces[f], faces[other], points)) ++partial[block];
                      });
                  });
   return std::accumulate(partial.begin(), partial.end(), std::uint64_t{0});

@@ -66,8 +66,8 @@ private:
 
   void find_crossing(std::uint32_t f, std::vector<std::array<std::uint32_t, 2>>& found) const {
     const Corners s = corners(f);
-    tree_.each_meeting(box_of(s), [&](std::uint32_t other) {
-      if (other <= f || share_vertex(boundary_.faces[f], boundary_.faces[other])) return;
+    tree_.each_meeting(box_of(s), f + 1, [&](std::uint32_t other) {
+      if (share_vertex(boundary_.faces[f], boundary_.faces[other])) return;
       const Corners t = corners(other);
       bool cross = false;
       for (std::size_t i = 0; i < 3 && !cross; ++i)
