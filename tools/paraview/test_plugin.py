@@ -26,7 +26,8 @@ u32, u64, i32, f64, text, handle = (ctypes.c_uint32, ctypes.c_uint64, ctypes.c_i
 class DatasetInfo(ctypes.Structure):
     _fields_ = [("struct_size", u64), ("vertices", u64), ("tets", u64), ("base_vertices", u64), ("base_tets", u64),
                 ("records", u64), ("blocks", u64), ("file_bytes", u64), ("fields", u32), ("position_type", i32),
-                ("box_min", f64 * 3), ("box_max", f64 * 3), ("diagonal", f64), ("max_domain_error", f64)]
+                ("box_min", f64 * 3), ("box_max", f64 * 3), ("diagonal", f64), ("max_domain_error", f64),
+                ("has_input_order", i32), ("errors_are_bounds", i32)]
 
 
 class FieldInfo(ctypes.Structure):
