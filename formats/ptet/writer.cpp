@@ -3,13 +3,14 @@
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/record_codec.hpp"
+#include "formats/ptet/seed_choice.hpp"
+#include "formats/ptet/version_match.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/rows.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
 #include <zstd.h>
 
@@ -20,17 +21,6 @@ constexpr int kZstdLevel = 19;
 
 void report(const ProgressCallback& progress, std::string_view stage, std::uint64_t done, std::uint64_t total) {
   if (progress && !progress({stage, done, total})) throw Error(ErrorCode::kCancelled, "writing was cancelled");
-}
-
-/// The same for two tets of the same four vertices, and hardly ever for others of one star.
-std::uint64_t key_of(const Tet& tet) {
-  std::uint64_t sum = 0;
-  for (const VertexId v : tet) {
-    std::uint64_t x = v.index() * std::uint64_t{0x9E3779B97F4A7C15} + 0x632BE59BD9B4E019;
-    x = (x ^ x >> 29) * 0xBF58476D1CE4E5B9;
-    sum += x ^ x >> 32;
-  }
-  return sum;
 }
 
 void check_sizes(std::uint64_t vertices, std::uint64_t tets, std::uint64_t versions) {
@@ -65,11 +55,6 @@ private:
   [[nodiscard]] std::uint32_t parent_of(VersionId stream_version) const { return consumers_[stream_version.index()]; }
   [[nodiscard]] std::vector<double> squared_sums(const BlockInfo& info) const;
   void note_others(OtherParents& others, RecordId r) const;
-  void match_base(const Refinement& refinement);
-  void match_fine(const Refinement& refinement, RecordId r, std::size_t record);
-  [[nodiscard]] Seed seed_at(const Refinement& refinement, const BlockInfo& block, std::uint32_t number,
-                             VersionId version, VertexId target) const;
-  void choose_seeds(const BitCounter& coder, const BlockState& state, const Refinement& refinement, RecordId r);
 
   const TetMesh& mesh_;
   const RecordStream& records_;
@@ -92,18 +77,11 @@ private:
   std::vector<Tet> base_tets_;
   std::vector<BlockInfo> infos_;
   std::vector<TableRow> rows_;
-  std::vector<OtherParents> others_;     ///< by block
-  std::vector<std::uint32_t> stream_of_; ///< stream version of each version of the refinement
-  std::vector<VersionId> version_of_;    ///< and back
+  std::vector<OtherParents> others_; ///< by block
   std::vector<std::uint32_t> coding_order_;
   std::vector<Transcript> transcripts_; ///< by block
   InitialProbabilities initial_;
   std::vector<std::vector<std::byte>> block_bytes_;
-
-  // Scratch of choose_seeds() and match_fine().
-  std::vector<Seed> seeds_; ///< those chosen
-  std::vector<char> reached_;
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> fine_keys_, stream_keys_;
 };
 
 void Encoding::check_input() const {
@@ -352,122 +330,6 @@ void Encoding::take_back(Content& content) {
   order_.generation = std::move(content.generation);
 }
 
-void Encoding::match_base(const Refinement& refinement) {
-  std::unordered_map<std::uint64_t, std::uint32_t> by_key;
-  for (std::uint32_t t = 0; t < records_.versions.size(); ++t) {
-    if (consumers_[t] != RecordId::kNone) continue;
-    Tet tet = records_.versions[t];
-    for (VertexId& v : tet)
-      v = v == kDummyVertex ? v : order_.file_vertex[v.index()];
-    by_key.emplace(key_of(tet), t);
-  }
-  version_of_.assign(records_.versions.size(), VersionId{});
-  stream_of_.assign(records_.versions.size(), VersionId::kNone);
-  for (std::uint32_t t = 0; t < refinement.base_version_count(); ++t) {
-    const auto found = by_key.find(key_of(refinement.vertices(VersionId{t})));
-    if (found == by_key.end()) throw Error(ErrorCode::kBadInput, "the records do not lead to a closed base mesh");
-    stream_of_[t] = found->second;
-    version_of_[found->second] = VersionId{t};
-  }
-  consumers_ = std::vector<std::uint32_t>(); // {} would keep its memory
-}
-
-void Encoding::match_fine(const Refinement& refinement, RecordId r, std::size_t record) {
-  fine_keys_.clear();
-  stream_keys_.clear();
-  const std::uint32_t first = refinement.first_fine(r).index();
-  for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) {
-    fine_keys_.emplace_back(key_of(refinement.vertices(VersionId{t})), t);
-  }
-  for (const VersionId t : records_.consumed(record)) {
-    Tet tet = records_.versions[t.index()];
-    for (VertexId& v : tet)
-      v = v == kDummyVertex ? v : order_.file_vertex[v.index()];
-    stream_keys_.emplace_back(key_of(tet), t.index());
-  }
-  std::sort(fine_keys_.begin(), fine_keys_.end());
-  std::sort(stream_keys_.begin(), stream_keys_.end());
-  const auto same_key = [](const auto& a, const auto& b) { return a.first == b.first; };
-  if (!std::equal(fine_keys_.begin(), fine_keys_.end(), stream_keys_.begin(), stream_keys_.end(), same_key)) {
-    throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " cannot be undone by a vertex split");
-  }
-  for (std::size_t i = 0; i < fine_keys_.size(); ++i) {
-    stream_of_[fine_keys_[i].second] = stream_keys_[i].second;
-    version_of_[stream_keys_[i].second] = VersionId{fine_keys_[i].second};
-  }
-}
-
-Seed Encoding::seed_at(const Refinement& refinement, const BlockInfo& block, std::uint32_t number, VersionId version,
-                       VertexId target) const {
-  const Tet& tet = refinement.vertices(version);
-  Seed seed;
-  seed.corner = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), target) - tet.begin());
-  const RecordId parent = refinement.consumer(version);
-  if (parent.is_none()) {
-    seed.source = static_cast<std::uint32_t>(block.needs.size()) + 1;
-    seed.index = version.index();
-    return seed;
-  }
-  const std::uint32_t home = block_of_[parent.index()];
-  if (home != number) {
-    const auto place = std::lower_bound(block.needs.begin(), block.needs.end(), home);
-    seed.source = static_cast<std::uint32_t>(place - block.needs.begin()) + 1;
-  }
-  seed.index = parent.index() - infos_[home].first_record;
-  seed.fine = version.index() - refinement.first_fine(parent).index();
-  return seed;
-}
-
-// Any version of the region will do as seed, so the cheapest is taken; where the region hangs together only through
-// places that are no manifold, one more for each part.
-void Encoding::choose_seeds(const BitCounter& coder, const BlockState& state, const Refinement& refinement,
-                            RecordId r) {
-  const std::uint32_t record = order_.stream_record[r.index()];
-  const std::uint32_t first = records_.coarse_begin[record].index();
-  const std::uint32_t count = records_.modified_count[record];
-  const VertexId target = order_.file_vertex[records_.target[record].index()];
-  const BlockInfo& block = infos_[state.block];
-  seeds_.clear();
-  reached_.assign(count, 0);
-  for (std::uint32_t left = count; left > 0;) {
-    std::uint64_t best_cost = std::numeric_limits<std::uint64_t>::max();
-    std::uint32_t best = 0;
-    Seed best_seed;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (reached_[i] != 0) continue;
-      const VersionId version = version_of_[first + i];
-      if (version.is_none())
-        throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
-      Seed seed = seed_at(refinement, block, state.block, version, target);
-      BitMeter meter(coder.contexts());
-      std::uint32_t rank = 0;
-      const Seed tried = seed;
-      code_seed(meter, *schema_, state, block, refinement, infos_, seed, rank, r);
-      if (meter.cost() < best_cost) {
-        best_cost = meter.cost();
-        best = i;
-        best_seed = tried;
-      }
-    }
-    seeds_.push_back(best_seed);
-    std::vector<std::uint32_t> front{best};
-    reached_[best] = 1;
-    while (!front.empty()) {
-      const VersionId version = version_of_[first + front.back()];
-      front.pop_back();
-      --left;
-      for (std::uint32_t corner = 0; corner < 4; ++corner) {
-        const VersionId behind = refinement.neighbour(version, corner);
-        if (refinement.vertices(version)[corner] == target || behind.is_none()) continue;
-        const std::uint32_t next = stream_of_[behind.index()] - first;
-        if (next >= count || reached_[next] != 0) continue;
-        reached_[next] = 1;
-        front.push_back(next);
-      }
-    }
-  }
-}
-
 /// Counts for the model what a coder of the block would be told, and keeps it until the model is there.
 class Scribe {
 public:
@@ -488,7 +350,9 @@ private:
 
 void Encoding::transcribe() {
   Content content = full_content();
-  match_base(content.refinement);
+  VersionMatch match(records_, order_, consumers_, content.refinement);
+  consumers_ = std::vector<std::uint32_t>(); // {} would keep its memory
+  SeedChoice choice(records_, order_, *schema_, infos_, block_of_, match);
   RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
   BitCounter counter(schema_->context_count());
   transcripts_.resize(infos_.size());
@@ -499,15 +363,15 @@ void Encoding::transcribe() {
     if (done % 4096 == 0) report(progress_, "writing records", done, coding_order_.size());
     const RecordId r{coding_order_[done]};
     BlockState& state = states[block_of_[r.index()]];
-    choose_seeds(counter, state, content.refinement, r);
+    const std::span<const Seed> seeds = choice.choose(counter, state, content.refinement, r);
     const std::uint32_t record = order_.stream_record[r.index()];
     const std::uint32_t first = records_.coarse_begin[record].index();
     const std::uint32_t count = records_.modified_count[record];
-    const auto in_region = [&](VersionId behind) { return stream_of_[behind.index()] - first < count; };
+    const auto in_region = [&](VersionId behind) { return match.stream_of(behind) - first < count; };
     Scribe scribe(counter, transcripts_[state.block]);
-    codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{seeds_, in_region},
+    codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{seeds, in_region},
                others_[state.block].of(r));
-    match_fine(content.refinement, r, record);
+    match.add_fine(content.refinement, r);
     codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
   }
   initial_ = counter.trained();
