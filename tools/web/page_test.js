@@ -194,6 +194,16 @@ test("a file from the disk needs no server", async () => {
   await checkAgainstProgram("disk");
 });
 
+test("a mesh without fields is shown, and its boundary error stated", async () => {
+  await show({ file: "bare.ptet", boundary: "0" });
+  assert.equal(await problem(), "");
+  assert.equal(await page.locator("#errors [data-field]").count(), 0);
+  assert.equal(await value("domain-error"), 0);
+  const report = json("extract", join(folder, "bare.ptet"), "-o", join(folder, "bare-program.vtu"), "--domain-error", "0");
+  assert.equal(await value("tets"), report.tets);
+  assert.ok(report.tets > 0);
+});
+
 test("what cannot be opened says why", async () => {
   const bytes = readFileSync(file);
   writeFileSync(join(folder, "other.ptet"), "This is no such file. ".repeat(40));

@@ -22,15 +22,20 @@ node parts_test.js
 step "A file to look at"
 rm -rf build/test
 mkdir -p build/test/made
+make_mesh() { # FILE SIZE EXPRESSION: a cube with the field that the expression makes of its points, or None
+  PYTHONPATH=../../tests/cli /usr/bin/python3 -c "
+from meshes import grid, vtu, wave
+points, tets = grid($2)
+vtu('$1', points, tets, $3)"
+}
 mesh=${PTET_DATA:-../../../shared/data}/fire_ug.vtu
 if [[ ! -f $mesh ]]; then
   mesh=build/test/made/grid.vtu
-  PYTHONPATH=../../tests/cli /usr/bin/python3 -c "
-from meshes import grid, vtu, wave
-points, tets = grid(16)
-vtu('$mesh', points, tets, wave(points))"
+  make_mesh "$mesh" 16 'wave(points)'
 fi
 "$ptet" build "$mesh" -o build/test/made/mesh.ptet --method QN --evaluate vertices --quiet
+make_mesh build/test/made/bare.vtu 6 None
+"$ptet" build build/test/made/bare.vtu -o build/test/bare.ptet --quiet
 
 step "What the page shows of bounds"
 node brief_up_test.js
