@@ -3,20 +3,15 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "console.hpp"
-#include "error/mesh_comparison.hpp"
-#include "error/surface_distance.hpp"
 #include "files.hpp"
-#include "formats/vtk/read.hpp"
 #include "formats/vtk/write.hpp"
-#include "mesh/examination.hpp"
+#include "measure_report.hpp"
 #include "mesh/value_offset.hpp"
-#include "ptet/validate.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <iostream>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -50,35 +45,6 @@ struct Wishes {
   double tolerance = 0.01;
 };
 
-struct Side {
-  std::string path;
-  TetMesh mesh;
-  ReadReport read;
-  Examination found; ///< its points and boundary
-  MeshReport report;
-  std::uint64_t boundary_intersections = 0;
-  double volume = 0;
-};
-
-struct Field {
-  std::string name;
-  std::string simplified_name; ///< what the simplified mesh calls it
-  std::uint32_t components = 1;
-  double range = 0; ///< of the original
-};
-
-struct Outcome {
-  Side original, simplified;
-  std::optional<std::uint64_t> samples; ///< nothing: exact
-  std::vector<Field> fields;
-  std::vector<std::string> notes;
-  InsideDifference inside;
-  OutsideDifference outside;
-  VertexDifference vertices;
-  DistanceBounds there, back; ///< original to simplified boundary, and the reverse
-  double seconds = 0;
-};
-
 Wishes parse(const Arguments& arguments) {
   constexpr std::uint64_t kMany = 1'000'000'000'000;
   Wishes wishes;
@@ -101,7 +67,7 @@ Wishes parse(const Arguments& arguments) {
 }
 
 /// Throws Error(kBadInput) for what makes distances or volumes meaningless. Defects of the complex are only reported.
-void check_usable(const Side& side) {
+void check_usable(const ComparedMesh& side) {
   static constexpr std::array kFatal = {"bad-positions",  "tiny-extent", "non-finite-positions",
                                         "huge-positions", "no-tets",     "ids-out-of-range"};
   for (const Finding& finding : side.report.findings)
@@ -111,8 +77,8 @@ void check_usable(const Side& side) {
                                               finding.message.substr(0, finding.message.rfind(": ")));
 }
 
-Side load(const std::string& path, ProgressLine& progress) {
-  Side side;
+ComparedMesh load(const std::string& path, ProgressLine& progress) {
+  ComparedMesh side;
   side.path = path;
   progress.stage("reading");
   side.mesh = read_mesh(path, &side.read, progress.callback());
@@ -122,22 +88,15 @@ Side load(const std::string& path, ProgressLine& progress) {
   return side;
 }
 
-/// Findings of severity kNote are no defects: all tets inverted is another convention of order.
-std::uint64_t count_of(const MeshReport& report, const char* code) {
-  for (const Finding& finding : report.findings)
-    if (finding.code == code && finding.severity != Severity::kNote) return finding.count;
-  return 0;
-}
-
 /// Says so when a mesh orders the vertices of all its tets by the other convention.
-void note_convention(const Side& side, std::vector<std::string>& notes) {
+void note_convention(const ComparedMesh& side, std::vector<std::string>& notes) {
   for (const Finding& finding : side.report.findings)
     if (finding.code == "inverted-tets" && finding.severity == Severity::kNote)
       notes.push_back("'" + side.path + "' orders the vertices of all its tets by the other convention");
 }
 
 /// Says so where the field of the original has several values at one place.
-void note_overlaps(const Side& original, std::vector<std::string>& notes) {
+void note_overlaps(const ComparedMesh& original, std::vector<std::string>& notes) {
   const bool crosses = original.boundary_intersections > 0;
   if (!crosses && count_of(original.report, "folded-faces") == 0) return;
   notes.push_back((crosses ? "the boundary of '" + original.path + "' intersects itself"
@@ -153,7 +112,7 @@ bool is_floating(const PointArray& array) {
 }
 
 /// Empty when the array can be compared; else why not.
-std::string unusable(const Side& side, const PointArray& array) {
+std::string unusable(const ComparedMesh& side, const PointArray& array) {
   if (array.size() != side.mesh.vertex_count()) return "has not one row for each vertex in '" + side.path + "'";
   for (std::uint32_t v = 0; v < array.size(); ++v) {
     if (!side.found.links.used[v]) continue;
@@ -165,14 +124,15 @@ std::string unusable(const Side& side, const PointArray& array) {
 }
 
 /// Of the first vertex in a tet. A field that is compared has one row for each vertex.
-ValueOffset offset_of(const Side& original, const PointArray& array, std::uint32_t component) {
+ValueOffset offset_of(const ComparedMesh& original, const PointArray& array, std::uint32_t component) {
   const auto& used = original.found.links.used;
   const auto first = static_cast<std::size_t>(std::find(used.begin(), used.end(), 1) - used.begin());
   return {array, first < array.size() ? first : 0, component};
 }
 
 /// Whether integers are further apart than a double can tell them.
-bool spans_too_much(const Side& original, const Side& side, const PointArray& of_original, const PointArray& array) {
+bool spans_too_much(const ComparedMesh& original, const ComparedMesh& side, const PointArray& of_original,
+                    const PointArray& array) {
   if (!has_wide_integers(array)) return false;
   for (std::uint32_t i = 0; i < array.components; ++i) {
     const ValueOffset offset = offset_of(original, of_original, i);
@@ -183,7 +143,7 @@ bool spans_too_much(const Side& original, const Side& side, const PointArray& of
 }
 
 /// Largest minus least value; for vectors the diagonal of the box of values. Over vertices in tets.
-double range_of(const Side& side, const PointArray& array) {
+double range_of(const ComparedMesh& side, const PointArray& array) {
   double range = 0;
   for (std::uint32_t i = 0; i < array.components; ++i) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -205,7 +165,7 @@ std::vector<std::string> array_names(const TetMesh& mesh) {
   return names;
 }
 
-const PointArray& named_array(const Side& side, const std::string& name) {
+const PointArray& named_array(const ComparedMesh& side, const std::string& name) {
   const PointArray* const array = side.mesh.find(name);
   if (array != nullptr) return *array;
   throw Error(ErrorCode::kBadArgument, "--field: there is no field '" + name + "' in '" + side.path + "'; there are " +
@@ -213,16 +173,16 @@ const PointArray& named_array(const Side& side, const std::string& name) {
 }
 
 /// NAME, or NAME=OTHER where no array has the whole as its name.
-std::pair<std::string, std::string> names_in(const std::string& text, const Side& original) {
+std::pair<std::string, std::string> names_in(const std::string& text, const ComparedMesh& original) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || original.mesh.find(text) != nullptr) return {text, text};
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
 /// The fields asked for, or every floating-point one that both meshes have; what is left out gets a note.
-std::vector<Field> choose_fields(const std::vector<std::string>& names, const Side& original, const Side& simplified,
-                                 std::vector<std::string>& notes) {
-  std::vector<Field> fields;
+std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, const ComparedMesh& original,
+                                         const ComparedMesh& simplified, std::vector<std::string>& notes) {
+  std::vector<ComparedField> fields;
   const auto why_not = [&](const PointArray& a, const PointArray& b) -> std::string {
     if (a.components != b.components)
       return "has " + std::to_string(a.components) + " components in '" + original.path + "' and " +
@@ -236,7 +196,8 @@ std::vector<Field> choose_fields(const std::vector<std::string>& names, const Si
   for (const std::string& text : names) {
     const auto [name, other] = names_in(text, original);
     const PointArray &a = named_array(original, name), &b = named_array(simplified, other);
-    if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.name == a.name; })) continue;
+    if (std::any_of(fields.begin(), fields.end(), [&](const ComparedField& field) { return field.name == a.name; }))
+      continue;
     const std::string why = why_not(a, b);
     if (!why.empty()) throw Error(ErrorCode::kBadInput, "field '" + name + "' " + why);
     fields.push_back({name, other, a.components, range_of(original, a)});
@@ -257,15 +218,15 @@ std::vector<Field> choose_fields(const std::vector<std::string>& names, const Si
 }
 
 /// Vertex x channel; of integers of 64 bits what they are above those of one vertex of the original.
-std::vector<double> values_of(const TetMesh& mesh, const Side& original, const std::vector<Field>& fields,
-                              std::string Field::*name) {
+std::vector<double> values_of(const TetMesh& mesh, const ComparedMesh& original,
+                              const std::vector<ComparedField>& fields, std::string ComparedField::*name) {
   struct Channel {
     const PointArray* array;
     std::uint32_t component;
     ValueOffset offset;
   };
   std::vector<Channel> channels;
-  for (const Field& field : fields)
+  for (const ComparedField& field : fields)
     for (std::uint32_t i = 0; i < field.components; ++i)
       channels.push_back({mesh.find(field.*name), i, offset_of(original, *original.mesh.find(field.name), i)});
   std::vector<double> values;
@@ -278,13 +239,13 @@ std::vector<double> values_of(const TetMesh& mesh, const Side& original, const s
 
 // Measuring.
 
-void measure_fields(const Wishes& wishes, Outcome& outcome, const ProgressCallback& progress) {
+void measure_fields(const Wishes& wishes, MeasureOutcome& outcome, const ProgressCallback& progress) {
   const auto& [original, simplified] = std::tie(outcome.original, outcome.simplified);
-  const std::vector<double> values = values_of(original.mesh, original, outcome.fields, &Field::name);
+  const std::vector<double> values = values_of(original.mesh, original, outcome.fields, &ComparedField::name);
   const std::vector<double> other_values =
-      values_of(simplified.mesh, original, outcome.fields, &Field::simplified_name);
+      values_of(simplified.mesh, original, outcome.fields, &ComparedField::simplified_name);
   std::vector<std::uint32_t> components;
-  for (const Field& field : outcome.fields)
+  for (const ComparedField& field : outcome.fields)
     components.push_back(field.components);
   const MeshComparison comparison({original.found.points, original.mesh.tets, values},
                                   {simplified.found.points, simplified.mesh.tets, other_values},
@@ -314,7 +275,7 @@ void measure_fields(const Wishes& wishes, Outcome& outcome, const ProgressCallba
   comparison.add_vertices(outcome.vertices, outcome.outside);
 }
 
-std::vector<Triangle> boundary_triangles(const Side& side) {
+std::vector<Triangle> boundary_triangles(const ComparedMesh& side) {
   std::vector<Triangle> triangles;
   for (const Face& face : side.found.boundary.faces)
     triangles.push_back(
@@ -322,7 +283,7 @@ std::vector<Triangle> boundary_triangles(const Side& side) {
   return triangles;
 }
 
-void measure_boundaries(const Wishes& wishes, Outcome& outcome, const ProgressCallback& progress) {
+void measure_boundaries(const Wishes& wishes, MeasureOutcome& outcome, const ProgressCallback& progress) {
   const std::vector<Triangle> original = boundary_triangles(outcome.original);
   const std::vector<Triangle> simplified = boundary_triangles(outcome.simplified);
   const double negligible = kNegligible * outcome.original.report.diagonal();
@@ -331,7 +292,7 @@ void measure_boundaries(const Wishes& wishes, Outcome& outcome, const ProgressCa
 }
 
 /// The original with the errors at its vertices and in its tets.
-void write_errors(const std::string& path, const Outcome& outcome, const ProgressCallback& progress) {
+void write_errors(const std::string& path, const MeasureOutcome& outcome, const ProgressCallback& progress) {
   TetMesh mesh = outcome.original.mesh;
   WriteOptions options;
   const std::size_t fields = outcome.fields.size();
@@ -353,186 +314,6 @@ void write_errors(const std::string& path, const Outcome& outcome, const Progres
   write_mesh(path, mesh, options, progress);
 }
 
-// Reporting.
-
-/// What is wrong with a mesh as such, in the order of the report.
-struct Defect {
-  const char* key;
-  const char* text;
-  std::uint64_t count;
-};
-std::vector<Defect> defects_of(const Side& side) {
-  const auto count = [&](const char* code) { return count_of(side.report, code); };
-  return {{"inverted_tets", "inverted tets", count("inverted-tets")},
-          {"flat_tets", "flat tets", count("flat-tets")},
-          {"tets_with_repeated_vertices", "tets with a vertex twice", count("repeated-vertices")},
-          {"duplicate_tets", "duplicate tets", count("duplicate-tets")},
-          {"non_manifold_faces", "faces of more than two tets", count("faces-of-many-tets")},
-          {"folded_faces", "faces with both tets on one side", count("folded-faces")},
-          {"non_manifold_edges", "non-manifold boundary edges", count("non-manifold-edges")},
-          {"non_manifold_vertices", "non-manifold vertices", count("non-manifold-vertices")},
-          {"boundary_self_intersections", "pairs of boundary faces that intersect", side.boundary_intersections}};
-}
-
-bool is_valid(const Side& side) {
-  const std::vector<Defect> defects = defects_of(side);
-  return std::all_of(defects.begin(), defects.end(), [](const Defect& defect) { return defect.count == 0; });
-}
-
-Json to_json(const Side& side) {
-  const MeshReport& report = side.report;
-  Json json = {{"path", side.path}, {"vertices", report.vertices}, {"tets", report.tets}, {"volume", side.volume}};
-  Json& validity = json["validity"];
-  validity["valid"] = is_valid(side);
-  for (const Defect& defect : defects_of(side))
-    validity[defect.key] = defect.count;
-  validity["components"] = report.components;
-  validity["boundary_components"] = report.boundary_components;
-  validity["euler_characteristic"] = report.euler_characteristic;
-  validity["boundary_euler_characteristic"] = report.boundary_euler_characteristic;
-  return json;
-}
-
-Json percent_json(double part, double whole) {
-  return whole > 0 ? Json(100 * part / whole) : Json(nullptr);
-}
-
-Json to_json(const FieldDifference& difference, double range) {
-  const double rms = difference.rms();
-  return {{"max", difference.max},
-          {"max_percent", percent_json(difference.max, range)},
-          {"max_at", difference.at},
-          {"rms", rms},
-          {"rms_percent", percent_json(rms, range)}};
-}
-
-/// The root of the integral over where both meshes are, divided by the volume of the original instead of that of the
-/// overlap, as .ptet files state it.
-double rms_over_original(const Outcome& outcome, const FieldDifference& inside) {
-  return inside.rms() * std::sqrt(outcome.inside.volume / outcome.original.volume);
-}
-
-Json to_json(const DistanceBounds& bounds, double diagonal) {
-  return {{"lower", bounds.lower},
-          {"upper", bounds.upper},
-          {"lower_percent", percent_json(bounds.lower, diagonal)},
-          {"upper_percent", percent_json(bounds.upper, diagonal)}};
-}
-
-DistanceBounds both_ways(const Outcome& outcome) {
-  return {std::max(outcome.there.lower, outcome.back.lower), std::max(outcome.there.upper, outcome.back.upper)};
-}
-
-void print_json(const Outcome& outcome, const std::optional<std::string>& errors) {
-  const double diagonal = outcome.original.report.diagonal();
-  Json json;
-  json["original"] = to_json(outcome.original);
-  json["simplified"] = to_json(outcome.simplified);
-  json["overlap"] = {{"volume", outcome.inside.volume}, {"exact", !outcome.samples}};
-  json["inside"] = {{"method", outcome.samples ? "sampled" : "exact"}, {"fields", Json::object()}};
-  if (outcome.samples) json["inside"]["points"] = outcome.inside.points;
-  json["outside"] = {{"method", "sampled"},
-                     {"volume", outcome.outside.volume},
-                     {"vertices", outcome.outside.vertices},
-                     {"points", outcome.outside.points},
-                     {"fields", Json::object()}};
-  json["ranges"] = Json::object();
-  for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
-    const auto& [name, simplified_name, components, range] = outcome.fields[f];
-    json["ranges"][name] = range;
-    Json& inside = json["inside"]["fields"][name];
-    inside = to_json(outcome.inside.fields[f], range);
-    const double rms = rms_over_original(outcome, outcome.inside.fields[f]);
-    inside["rms_over_original"] = rms;
-    inside["rms_over_original_percent"] = percent_json(rms, range);
-    if (outcome.outside.vertices + outcome.outside.points > 0)
-      json["outside"]["fields"][name] = to_json(outcome.outside.fields[f], range);
-  }
-  json["hausdorff"] = {{"diagonal", diagonal},
-                       {"original_to_simplified", to_json(outcome.there, diagonal)},
-                       {"simplified_to_original", to_json(outcome.back, diagonal)},
-                       {"symmetric", to_json(both_ways(outcome), diagonal)}};
-  json["notes"] = outcome.notes;
-  json["seconds"] = outcome.seconds;
-  json["errors"] = errors ? Json(*errors) : Json(nullptr);
-  print(json);
-}
-
-std::string with_percent(double value, double whole) {
-  const std::string share = percent(value, whole);
-  return brief(value) + (share.empty() ? "" : " (" + share + ")");
-}
-
-void print_side(const char* label, const Side& side) {
-  const MeshReport& report = side.report;
-  std::cout << label << side.path << ": " << counted(report.vertices, "vertex") << ", " << counted(report.tets, "tet")
-            << ", volume " << brief(side.volume, 6) << ", " << counted(report.components, "component")
-            << ", Euler characteristic " << report.euler_characteristic << '\n';
-}
-
-void print_validity(const Outcome& outcome) {
-  const std::vector<Defect> before = defects_of(outcome.original), after = defects_of(outcome.simplified);
-  for (std::size_t i = 0; i < after.size(); ++i) {
-    if (after[i].count == 0) continue;
-    std::cout << "  defect      " << after[i].text << ": " << grouped(after[i].count);
-    if (before[i].count > 0) std::cout << " (the original has " << grouped(before[i].count) << ")";
-    std::cout << '\n';
-  }
-  std::cout << "  validity    "
-            << (is_valid(outcome.simplified) ? "the simplified mesh is a manifold of positively oriented tets, and its "
-                                               "boundary does not intersect itself"
-                                             : "the simplified mesh has defects")
-            << '\n';
-}
-
-void print_fields(const Outcome& outcome) {
-  const auto line = [](const char* label, const FieldDifference& difference, double range, const std::string& more) {
-    std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at)
-              << ", RMS " << with_percent(difference.rms(), range) << more << '\n';
-  };
-  const OutsideDifference& outside = outcome.outside;
-  for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
-    const auto& [name, simplified_name, components, range] = outcome.fields[f];
-    std::cout << "  field       " << name << ", range " << brief(range) << '\n';
-    const FieldDifference& inside = outcome.inside.fields[f];
-    // Said where it is another number.
-    const std::string over_original = with_percent(rms_over_original(outcome, inside), range);
-    const bool is_same = over_original == with_percent(inside.rms(), range);
-    line("    inside    ", inside, range, is_same ? "" : ", " + over_original + " over the volume of the original");
-    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range, "");
-  }
-  std::cout << "  inside      "
-            << (outcome.samples ? "sampled: " + counted(outcome.inside.points, "point") : std::string("exact")) << '\n';
-  std::cout << "  outside     ";
-  if (outside.vertices + outside.points == 0) {
-    std::cout << "no vertex and no sample of the original\n";
-  } else {
-    std::cout << "sampled: " << counted(outside.vertices, "vertex") << " and "
-              << counted(outside.points, "random point") << " against the closest point\n";
-  }
-}
-
-void print_text(const Outcome& outcome, const std::optional<std::string>& errors) {
-  const double diagonal = outcome.original.report.diagonal();
-  print_side("original      ", outcome.original);
-  print_side("simplified    ", outcome.simplified);
-  std::cout << "  overlap     " << brief(outcome.inside.volume, 6) << " ("
-            << percent(outcome.inside.volume, outcome.original.volume) << " of the original, "
-            << percent(outcome.inside.volume, outcome.simplified.volume) << " of the simplified mesh)\n";
-  print_fields(outcome);
-  const auto distance = [&](const char* label, const DistanceBounds& bounds) {
-    std::cout << "  distance    " << label << with_percent(bounds.lower, diagonal) << " to "
-              << with_percent(bounds.upper, diagonal) << '\n';
-  };
-  distance("original to simplified boundary ", outcome.there);
-  distance("simplified to original boundary ", outcome.back);
-  print_validity(outcome);
-  for (const std::string& note : outcome.notes)
-    std::cout << "  note        " << note << '\n';
-  if (errors) std::cout << "  written     " << *errors << '\n';
-  std::cout << "  time        " << brief(outcome.seconds, 3) << " s\n";
-}
-
 void run(const Arguments& arguments) {
   const Wishes wishes = parse(arguments);
   std::string target;
@@ -546,11 +327,11 @@ void run(const Arguments& arguments) {
                                             static_cast<std::size_t>(threads));
   oneapi::tbb::task_arena arena(threads);
   ProgressLine progress;
-  Outcome outcome;
+  MeasureOutcome outcome;
   outcome.samples = wishes.samples;
   outcome.original = load(arguments.original, progress);
   outcome.simplified = load(arguments.simplified, progress);
-  for (const Side* side : {&outcome.original, &outcome.simplified})
+  for (const ComparedMesh* side : {&outcome.original, &outcome.simplified})
     add_notes(side->path, side->read, outcome.notes);
   note_convention(outcome.original, outcome.notes);
   note_convention(outcome.simplified, outcome.notes);
@@ -558,7 +339,7 @@ void run(const Arguments& arguments) {
   arena.execute([&] {
     measure_fields(wishes, outcome, progress.callback());
     measure_boundaries(wishes, outcome, progress.callback());
-    for (Side* side : {&outcome.original, &outcome.simplified})
+    for (ComparedMesh* side : {&outcome.original, &outcome.simplified})
       side->boundary_intersections =
           count_boundary_intersections(side->found.points, side->found.boundary.faces, progress.callback());
     note_overlaps(outcome.original, outcome.notes);

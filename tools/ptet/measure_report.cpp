@@ -1,0 +1,198 @@
+#include "measure_report.hpp"
+
+#include "console.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+
+namespace ptet::cli {
+namespace {
+
+/// What is wrong with a mesh as such, in the order of the report.
+struct Defect {
+  const char* key;
+  const char* text;
+  std::uint64_t count;
+};
+std::vector<Defect> defects_of(const ComparedMesh& side) {
+  const auto count = [&](const char* code) { return count_of(side.report, code); };
+  return {{"inverted_tets", "inverted tets", count("inverted-tets")},
+          {"flat_tets", "flat tets", count("flat-tets")},
+          {"tets_with_repeated_vertices", "tets with a vertex twice", count("repeated-vertices")},
+          {"duplicate_tets", "duplicate tets", count("duplicate-tets")},
+          {"non_manifold_faces", "faces of more than two tets", count("faces-of-many-tets")},
+          {"folded_faces", "faces with both tets on one side", count("folded-faces")},
+          {"non_manifold_edges", "non-manifold boundary edges", count("non-manifold-edges")},
+          {"non_manifold_vertices", "non-manifold vertices", count("non-manifold-vertices")},
+          {"boundary_self_intersections", "pairs of boundary faces that intersect", side.boundary_intersections}};
+}
+
+bool is_valid(const ComparedMesh& side) {
+  const std::vector<Defect> defects = defects_of(side);
+  return std::all_of(defects.begin(), defects.end(), [](const Defect& defect) { return defect.count == 0; });
+}
+
+Json to_json(const ComparedMesh& side) {
+  const MeshReport& report = side.report;
+  Json json = {{"path", side.path}, {"vertices", report.vertices}, {"tets", report.tets}, {"volume", side.volume}};
+  Json& validity = json["validity"];
+  validity["valid"] = is_valid(side);
+  for (const Defect& defect : defects_of(side))
+    validity[defect.key] = defect.count;
+  validity["components"] = report.components;
+  validity["boundary_components"] = report.boundary_components;
+  validity["euler_characteristic"] = report.euler_characteristic;
+  validity["boundary_euler_characteristic"] = report.boundary_euler_characteristic;
+  return json;
+}
+
+Json percent_json(double part, double whole) {
+  return whole > 0 ? Json(100 * part / whole) : Json(nullptr);
+}
+
+Json to_json(const FieldDifference& difference, double range) {
+  const double rms = difference.rms();
+  return {{"max", difference.max},
+          {"max_percent", percent_json(difference.max, range)},
+          {"max_at", difference.at},
+          {"rms", rms},
+          {"rms_percent", percent_json(rms, range)}};
+}
+
+/// The root of the integral over where both meshes are, divided by the volume of the original instead of that of the
+/// overlap, as .ptet files state it.
+double rms_over_original(const MeasureOutcome& outcome, const FieldDifference& inside) {
+  return inside.rms() * std::sqrt(outcome.inside.volume / outcome.original.volume);
+}
+
+Json to_json(const DistanceBounds& bounds, double diagonal) {
+  return {{"lower", bounds.lower},
+          {"upper", bounds.upper},
+          {"lower_percent", percent_json(bounds.lower, diagonal)},
+          {"upper_percent", percent_json(bounds.upper, diagonal)}};
+}
+
+DistanceBounds both_ways(const MeasureOutcome& outcome) {
+  return {std::max(outcome.there.lower, outcome.back.lower), std::max(outcome.there.upper, outcome.back.upper)};
+}
+
+std::string with_percent(double value, double whole) {
+  const std::string share = percent(value, whole);
+  return brief(value) + (share.empty() ? "" : " (" + share + ")");
+}
+
+void print_side(const char* label, const ComparedMesh& side) {
+  const MeshReport& report = side.report;
+  std::cout << label << side.path << ": " << counted(report.vertices, "vertex") << ", " << counted(report.tets, "tet")
+            << ", volume " << brief(side.volume, 6) << ", " << counted(report.components, "component")
+            << ", Euler characteristic " << report.euler_characteristic << '\n';
+}
+
+void print_validity(const MeasureOutcome& outcome) {
+  const std::vector<Defect> before = defects_of(outcome.original), after = defects_of(outcome.simplified);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    if (after[i].count == 0) continue;
+    std::cout << "  defect      " << after[i].text << ": " << grouped(after[i].count);
+    if (before[i].count > 0) std::cout << " (the original has " << grouped(before[i].count) << ")";
+    std::cout << '\n';
+  }
+  std::cout << "  validity    "
+            << (is_valid(outcome.simplified) ? "the simplified mesh is a manifold of positively oriented tets, and its "
+                                               "boundary does not intersect itself"
+                                             : "the simplified mesh has defects")
+            << '\n';
+}
+
+void print_fields(const MeasureOutcome& outcome) {
+  const auto line = [](const char* label, const FieldDifference& difference, double range, const std::string& more) {
+    std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at)
+              << ", RMS " << with_percent(difference.rms(), range) << more << '\n';
+  };
+  const OutsideDifference& outside = outcome.outside;
+  for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
+    const auto& [name, simplified_name, components, range] = outcome.fields[f];
+    std::cout << "  field       " << name << ", range " << brief(range) << '\n';
+    const FieldDifference& inside = outcome.inside.fields[f];
+    // Said where it is another number.
+    const std::string over_original = with_percent(rms_over_original(outcome, inside), range);
+    const bool is_same = over_original == with_percent(inside.rms(), range);
+    line("    inside    ", inside, range, is_same ? "" : ", " + over_original + " over the volume of the original");
+    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range, "");
+  }
+  std::cout << "  inside      "
+            << (outcome.samples ? "sampled: " + counted(outcome.inside.points, "point") : std::string("exact")) << '\n';
+  std::cout << "  outside     ";
+  if (outside.vertices + outside.points == 0) {
+    std::cout << "no vertex and no sample of the original\n";
+  } else {
+    std::cout << "sampled: " << counted(outside.vertices, "vertex") << " and "
+              << counted(outside.points, "random point") << " against the closest point\n";
+  }
+}
+
+} // namespace
+
+std::uint64_t count_of(const MeshReport& report, const char* code) {
+  for (const Finding& finding : report.findings)
+    if (finding.code == code && finding.severity != Severity::kNote) return finding.count;
+  return 0;
+}
+
+void print_json(const MeasureOutcome& outcome, const std::optional<std::string>& errors) {
+  const double diagonal = outcome.original.report.diagonal();
+  Json json;
+  json["original"] = to_json(outcome.original);
+  json["simplified"] = to_json(outcome.simplified);
+  json["overlap"] = {{"volume", outcome.inside.volume}, {"exact", !outcome.samples}};
+  json["inside"] = {{"method", outcome.samples ? "sampled" : "exact"}, {"fields", Json::object()}};
+  if (outcome.samples) json["inside"]["points"] = outcome.inside.points;
+  json["outside"] = {{"method", "sampled"},
+                     {"volume", outcome.outside.volume},
+                     {"vertices", outcome.outside.vertices},
+                     {"points", outcome.outside.points},
+                     {"fields", Json::object()}};
+  json["ranges"] = Json::object();
+  for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
+    const auto& [name, simplified_name, components, range] = outcome.fields[f];
+    json["ranges"][name] = range;
+    Json& inside = json["inside"]["fields"][name];
+    inside = to_json(outcome.inside.fields[f], range);
+    const double rms = rms_over_original(outcome, outcome.inside.fields[f]);
+    inside["rms_over_original"] = rms;
+    inside["rms_over_original_percent"] = percent_json(rms, range);
+    if (outcome.outside.vertices + outcome.outside.points > 0)
+      json["outside"]["fields"][name] = to_json(outcome.outside.fields[f], range);
+  }
+  json["hausdorff"] = {{"diagonal", diagonal},
+                       {"original_to_simplified", to_json(outcome.there, diagonal)},
+                       {"simplified_to_original", to_json(outcome.back, diagonal)},
+                       {"symmetric", to_json(both_ways(outcome), diagonal)}};
+  json["notes"] = outcome.notes;
+  json["seconds"] = outcome.seconds;
+  json["errors"] = errors ? Json(*errors) : Json(nullptr);
+  print(json);
+}
+
+void print_text(const MeasureOutcome& outcome, const std::optional<std::string>& errors) {
+  const double diagonal = outcome.original.report.diagonal();
+  print_side("original      ", outcome.original);
+  print_side("simplified    ", outcome.simplified);
+  std::cout << "  overlap     " << brief(outcome.inside.volume, 6) << " ("
+            << percent(outcome.inside.volume, outcome.original.volume) << " of the original, "
+            << percent(outcome.inside.volume, outcome.simplified.volume) << " of the simplified mesh)\n";
+  print_fields(outcome);
+  const auto distance = [&](const char* label, const DistanceBounds& bounds) {
+    std::cout << "  distance    " << label << with_percent(bounds.lower, diagonal) << " to "
+              << with_percent(bounds.upper, diagonal) << '\n';
+  };
+  distance("original to simplified boundary ", outcome.there);
+  distance("simplified to original boundary ", outcome.back);
+  print_validity(outcome);
+  for (const std::string& note : outcome.notes)
+    std::cout << "  note        " << note << '\n';
+  if (errors) std::cout << "  written     " << *errors << '\n';
+  std::cout << "  time        " << brief(outcome.seconds, 3) << " s\n";
+}
+
+} // namespace ptet::cli
