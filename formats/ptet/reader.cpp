@@ -1,7 +1,7 @@
 #include "formats/ptet/reader.hpp"
 
-#include "formats/ptet/layout.hpp"
-#include "formats/ptet/record_codec.hpp"
+#include "formats/ptet/reader_decoding.hpp"
+#include "formats/ptet/record_runs.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,47 +10,13 @@
 
 namespace ptet::file {
 
-/// What decoding takes and the public face does not show.
-struct Reader::Decoding {
-  Decoding(std::shared_ptr<ByteSource> source, const OpenOptions& options, Violations told)
-      : reader(std::move(source), options.max_gap), limits(options.limits), violations(std::move(told)) {
-    // What is within it must not wrap around where addresses have 32 bits.
-    limits.max_bytes = std::min<std::uint64_t>(limits.max_bytes, std::numeric_limits<std::size_t>::max() / 2);
-  }
-
-  RangeReader reader;
-  Limits limits;
-  Violations violations;
-  std::uint64_t claimed = 0; ///< of Limits::max_bytes
-  FixedHeader fixed;
-  std::vector<DecimalDigits> digits;
-  std::vector<TableRow> rows;
-  Section base;
-  Section input_order;               ///< where there is one
-  std::vector<std::byte> base_bytes; ///< as stored, so that the base can be had again without the source
-  InitialProbabilities initial;
-  std::vector<std::uint32_t> block_of; ///< by record
-  std::optional<Schema> schema;
-  std::optional<RecordCodec> codec;
-};
-
 namespace {
 
-[[noreturn]] void fail_file(const std::string& what, std::uint64_t offset) {
-  throw Error(ErrorCode::kCorruptFile, "the file is corrupt: " + what, offset);
-}
-
-/// Null where there is none, which only a section that is not mandatory may be.
-const Section* find_section(const std::vector<Section>& sections, SectionKind kind, std::uint64_t offset) {
-  const auto is_wanted = [&](const Section& section) { return section.kind == static_cast<std::uint32_t>(kind); };
-  const auto found = std::find_if(sections.begin(), sections.end(), is_wanted);
-  if (found == sections.end() && flags_of(kind) != kMandatory) return nullptr;
-  if (found == sections.end() || std::find_if(found + 1, sections.end(), is_wanted) != sections.end()) {
-    fail_file(std::string(flags_of(kind) == kMandatory ? "it must have one " : "it may have only one ") + name_of(kind),
-              offset);
-  }
-  return &*found;
-}
+// What one element takes in memory at most, with the growth of vectors and with scratch.
+constexpr std::uint64_t kBytesPerVertex = 32;   // marks of the refinement and of the codec, the values apart
+constexpr std::uint64_t kBytesPerRecord = 128;  // tables by record, boxes of stars, a cut
+constexpr std::uint64_t kBytesPerBaseTet = 320; // with its ghosts, and the sorting of faces that joins them
+constexpr std::uint64_t kBytesPerVersion = 64;  // corners, state, a place among the present ones, parents
 
 /// Calls `f`; what it says of a corrupt file gets a place in the file if it has none.
 template <class F>
@@ -62,47 +28,6 @@ decltype(auto) at_offset(std::uint64_t offset, F&& f) {
     throw Error(error.code(), error.what(), offset);
   }
 }
-
-/// Sections read ahead in few requests.
-class ReadAhead {
-public:
-  explicit ReadAhead(RangeReader& reader) : reader_(reader) {}
-
-  void fetch(std::span<const ByteRange> ranges) {
-    auto read = reader_.read_all(ranges);
-    for (std::size_t i = 0; i < ranges.size(); ++i) {
-      if (read[i].failure) std::rethrow_exception(read[i].failure);
-      parts_.push_back({ranges[i].offset, std::move(read[i].bytes)});
-    }
-  }
-  /// Out of what was read ahead, or from the source.
-  [[nodiscard]] std::vector<std::byte> get(std::uint64_t offset, std::uint64_t count) const {
-    for (const Part& part : parts_) {
-      if (offset < part.offset || count > part.bytes.size() || offset - part.offset > part.bytes.size() - count)
-        continue;
-      const auto first = part.bytes.begin() + static_cast<std::ptrdiff_t>(offset - part.offset);
-      return {first, first + static_cast<std::ptrdiff_t>(count)};
-    }
-    return reader_.read({offset, count});
-  }
-
-private:
-  struct Part {
-    std::uint64_t offset;
-    std::vector<std::byte> bytes;
-  };
-  RangeReader& reader_;
-  std::vector<Part> parts_;
-};
-
-// What one element takes in memory at most, with the growth of vectors and with scratch.
-constexpr std::uint64_t kBytesPerVertex = 32;        // marks of the refinement and of the codec, the values apart
-constexpr std::uint64_t kBytesPerRecord = 128;       // tables by record, boxes of stars, a cut
-constexpr std::uint64_t kBytesPerBaseTet = 320;      // with its ghosts, and the sorting of faces that joins them
-constexpr std::uint64_t kBytesPerVersion = 64;       // corners, state, a place among the present ones, parents
-constexpr std::uint64_t kBytesPerManifestByte = 128; // a byte can stand for two empty texts
-constexpr std::uint64_t kBytesPerArrayByte = 256;    // and for a column
-constexpr std::uint64_t kBytesPerTableByte = 24;
 
 /// What decoding a block's next record depends on.
 struct BlockCoding {
@@ -122,63 +47,6 @@ struct OpenBlock {
   Point least{}, greatest{};
 };
 
-/// The records of one block in one generation.
-struct Run {
-  std::uint32_t generation;
-  std::uint32_t open_block; ///< index into the open blocks, ascending with the block
-  std::uint32_t first_record, last_record;
-};
-
-/// Runs that stand by block and then by generation in the order in which they are decoded: a run comes after those of
-/// smaller generations in the blocks that its block needs. Any such order decodes the same. This one finishes block
-/// after block as far as it can, so that most of what a record touches was touched just before.
-std::vector<Run> near_ones_together(const std::vector<Run>& by_block, const std::vector<OpenBlock>& open,
-                                    const std::vector<BlockInfo>& blocks) {
-  constexpr std::uint32_t kNotOpen = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> open_of(blocks.size(), kNotOpen);
-  for (std::uint32_t i = 0; i < open.size(); ++i)
-    open_of[open[i].block] = i;
-  std::vector<std::uint32_t> next(open.size()), end(open.size()); // runs of each block
-  for (std::uint32_t i = 0; i < by_block.size(); ++i) {
-    if (i == 0 || by_block[i].open_block != by_block[i - 1].open_block) next[by_block[i].open_block] = i;
-    end[by_block[i].open_block] = i + 1;
-  }
-  std::vector<std::vector<std::uint32_t>> needs(open.size()); // those that may have runs left
-  for (std::uint32_t i = 0; i < open.size(); ++i)
-    for (const std::uint32_t needed : blocks[open[i].block].needs)
-      if (open_of[needed] != kNotOpen) needs[i].push_back(open_of[needed]);
-
-  struct Wanted {
-    std::uint32_t block, below; ///< its runs of generations below
-  };
-  std::vector<Run> result;
-  result.reserve(by_block.size());
-  std::vector<Wanted> wanted;
-  for (std::uint32_t first = 0; first < open.size(); ++first) {
-    wanted.push_back({first, std::numeric_limits<std::uint32_t>::max()});
-    while (!wanted.empty()) {
-      const auto [block, below] = wanted.back();
-      if (next[block] == end[block] || by_block[next[block]].generation >= below) {
-        wanted.pop_back();
-        continue;
-      }
-      // Generations fall from one wanted block to the next, so this comes to an end.
-      const Run& run = by_block[next[block]];
-      std::erase_if(needs[block], [&](std::uint32_t needed) { return next[needed] == end[needed]; });
-      const auto waits_for = std::find_if(needs[block].begin(), needs[block].end(), [&](std::uint32_t needed) {
-        return by_block[next[needed]].generation < run.generation;
-      });
-      if (waits_for != needs[block].end()) {
-        wanted.push_back({*waits_for, run.generation});
-      } else {
-        result.push_back(run);
-        ++next[block];
-      }
-    }
-  }
-  return result;
-}
-
 } // namespace
 
 struct Reader::Batching {
@@ -187,125 +55,6 @@ struct Reader::Batching {
   std::vector<Run> runs; ///< in the order in which they are decoded
   std::size_t run = 0;   ///< the one at hand
 };
-
-Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options)
-    : Reader(std::move(source), options, Violations{}) {}
-
-Reader::Reader(std::shared_ptr<ByteSource> source, const OpenOptions& options, Violations violations)
-    : decoding_(std::make_unique<Decoding>(std::move(source), options, std::move(violations))) {
-  Decoding& d = *decoding_;
-  const std::uint64_t size = d.reader.size();
-  if (size < kHeaderBytes + kFooterBytes) {
-    throw Error(ErrorCode::kCorruptFile, "the file is too short to be a .ptet file: " + std::to_string(size) + " bytes",
-                size);
-  }
-  ReadAhead ahead(d.reader);
-  const auto header_bytes = ahead.get(0, kHeaderBytes);
-  ByteReader header_reader(header_bytes, "header", 0);
-  header_reader.tell(&d.violations);
-  // Magic and version come before the hash: a file of another kind is not called corrupt.
-  d.fixed = parse_header(header_reader);
-  const auto hashed = std::span(header_bytes).first(kHeaderBytes - 8);
-  ByteReader header_hash(std::span{header_bytes}.last(8), "header", kHeaderBytes - 8);
-  if (header_hash.get<std::uint64_t>("hash") != hash_of(hashed))
-    violated({"the header's hash does not match", 0, {}, {}, {}});
-
-  check_limits();
-  constexpr std::uint64_t kEndBytes = kFooterBytes + 6 * kSectionBytes; // of a file with the mandatory sections
-  const std::uint64_t end_bytes = std::min<std::uint64_t>(kEndBytes, size - kHeaderBytes);
-  ahead.fetch(std::array{ByteRange{size - end_bytes, end_bytes}});
-  const auto footer_bytes = ahead.get(size - kFooterBytes, kFooterBytes);
-  ByteReader footer_reader(footer_bytes, "footer", size - kFooterBytes);
-  footer_reader.tell(&d.violations);
-  const Footer footer = parse_footer(footer_reader);
-  if (footer.file_bytes != size) {
-    violated({"it has " + std::to_string(size) + " bytes and should have " + std::to_string(footer.file_bytes),
-              size,
-              {},
-              {},
-              {}});
-  }
-  const std::uint64_t directory_bytes = footer.section_count * kSectionBytes;
-  if (directory_bytes > size - kHeaderBytes - kFooterBytes ||
-      footer.directory_offset != size - kFooterBytes - directory_bytes) {
-    fail_file("the directory is not before the footer", size - kFooterBytes);
-  }
-  const auto directory = ahead.get(footer.directory_offset, directory_bytes);
-  if (hash_of(directory) != footer.directory_hash) {
-    violated({"the directory's hash does not match", footer.directory_offset, {}, {}, {}});
-  }
-  ByteReader directory_reader(directory, "directory", footer.directory_offset);
-  directory_reader.tell(&d.violations);
-  const auto sections = parse_directory(directory_reader, footer.section_count);
-  const std::uint64_t end = sections.empty() ? kHeaderBytes : sections.back().offset + sections.back().stored_bytes;
-  if (end != footer.directory_offset) fail_file("the sections do not end where the directory begins", end);
-
-  const auto section = [&](SectionKind kind) -> const Section& {
-    return *find_section(sections, kind, footer.directory_offset);
-  };
-  std::vector<ByteRange> ranges;
-  for (const SectionKind kind :
-       {SectionKind::kArrays, SectionKind::kModel, SectionKind::kBase, SectionKind::kManifest, SectionKind::kTable}) {
-    ranges.push_back({section(kind).offset, section(kind).stored_bytes});
-    claim(section(kind).stored_bytes, name_of(kind));
-    claim(section(kind).raw_bytes, name_of(kind));
-  }
-  claim(section(SectionKind::kArrays).raw_bytes * kBytesPerArrayByte, "arrays");
-  claim(section(SectionKind::kManifest).raw_bytes * kBytesPerManifestByte, "manifest");
-  claim(section(SectionKind::kTable).raw_bytes * kBytesPerTableByte, "block table");
-  std::sort(ranges.begin(), ranges.end(), [](const ByteRange& a, const ByteRange& b) { return a.offset < b.offset; });
-  ahead.fetch(ranges);
-  const auto content = [&](SectionKind kind) {
-    return expand(section(kind), ahead.get(section(kind).offset, section(kind).stored_bytes), &d.violations);
-  };
-  const auto in_section = [&](SectionKind kind, const std::vector<std::byte>& bytes) {
-    ByteReader in(bytes, name_of(kind), section(kind).offset, section(kind).stored_bytes != section(kind).raw_bytes);
-    in.tell(&d.violations);
-    return in;
-  };
-  const auto array_bytes = content(SectionKind::kArrays);
-  auto arrays = in_section(SectionKind::kArrays, array_bytes);
-  d.digits = parse_arrays(arrays, d.fixed);
-  header_ = d.fixed.header;
-  d.schema.emplace(header_, d.digits);
-  if (section(SectionKind::kModel).raw_bytes != d.schema->context_count()) {
-    fail_file("the model section does not fit the arrays", section(SectionKind::kModel).offset);
-  }
-  for (const std::byte byte : content(SectionKind::kModel))
-    d.initial.push_back(static_cast<std::uint8_t>(byte));
-  d.base = section(SectionKind::kBase);
-  // Both factors are below 2^32: no overflow.
-  const std::uint64_t base_values = header_.base_vertex_count * static_cast<std::uint64_t>(vertex_bytes(header_));
-  if (base_values > d.base.raw_bytes || d.base.raw_bytes - base_values != std::uint64_t{16} * header_.base_tet_count) {
-    fail_file("the base section does not fit the header's counts", d.base.offset);
-  }
-  if (const Section* const order = find_section(sections, SectionKind::kInputOrder, footer.directory_offset)) {
-    const std::uint64_t vertices = std::uint64_t{header_.base_vertex_count} + header_.record_count;
-    if (order->raw_bytes != input_order_bytes(vertices, header_.tet_count))
-      fail_file("the input order section does not fit the header's counts", order->offset);
-    header_.has_input_order = true;
-    d.input_order = *order;
-  }
-  const Section& blocks = section(SectionKind::kBlocks);
-  if (blocks.raw_bytes != blocks.stored_bytes || blocks.hash != 0) {
-    violated({"the blocks' row of the directory is invalid", blocks.offset, {}, {}, {}});
-  }
-  const auto table_bytes = content(SectionKind::kTable);
-  auto table = in_section(SectionKind::kTable, table_bytes);
-  d.rows = parse_table(table, d.fixed, blocks);
-  for (const TableRow& row : d.rows)
-    blocks_.push_back(row.info);
-  const auto manifest_bytes = content(SectionKind::kManifest);
-  auto manifest = in_section(SectionKind::kManifest, manifest_bytes);
-  try {
-    manifest_ = parse_manifest(manifest);
-  } catch (const Error& error) {
-    if (!d.violations) throw;
-    violated({error.what(), error.byte_offset(), {}, {}, {}});
-  }
-  claim(content_bytes(), "mesh");
-  d.base_bytes = ahead.get(d.base.offset, d.base.stored_bytes);
-}
 
 Reader::~Reader() = default;
 Reader::Reader(Reader&&) noexcept = default;
@@ -334,18 +83,6 @@ void Reader::violated(Violation violation) const {
 }
 
 // ---- limits ----
-
-void Reader::check_limits() const {
-  const Header& header = decoding_->fixed.header;
-  const auto check = [](std::uint64_t count, std::uint64_t most, const char* what) {
-    if (count > most) {
-      throw Error(ErrorCode::kLimit,
-                  "the file has " + std::to_string(count) + what + ", more than the limit of " + std::to_string(most));
-    }
-  };
-  check(std::uint64_t{header.base_vertex_count} + header.record_count, decoding_->limits.max_vertices, " vertices");
-  check(header.tet_count, decoding_->limits.max_tets, " tets");
-}
 
 void Reader::claim(std::uint64_t bytes, const char* what) {
   Decoding& d = *decoding_;
@@ -590,7 +327,10 @@ Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) 
       return std::pair(a.generation, a.open_block) < std::pair(b.generation, b.open_block);
     });
   } else {
-    batching->runs = near_ones_together(batching->runs, batching->open, blocks_);
+    std::vector<std::uint32_t> numbers;
+    for (const OpenBlock& open : batching->open)
+      numbers.push_back(open.block);
+    batching->runs = near_ones_together(batching->runs, numbers, blocks_);
   }
   return Batch(std::move(batching));
 }

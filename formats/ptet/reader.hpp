@@ -153,11 +153,11 @@ public:
 
 private:
   struct Decoding;
+  class Opening;
   struct Batching;
   void check_record(RecordId r, std::uint32_t block, const Content& content) const;
   void check_block(std::uint32_t block, const Content& content) const;
   void check_whole(const Content& content) const;
-  void check_limits() const;
   void violated(Violation violation) const;
   void claim(std::uint64_t bytes, const char* what);
   [[nodiscard]] std::uint64_t content_bytes() const;
