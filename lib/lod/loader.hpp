@@ -50,6 +50,9 @@ public:
   /// See BlockNeeds.
   void close(BlockSet& set) const;
   void close(BlockSet& set, std::vector<std::uint32_t>& open) const { needs_.close(set, open); }
+  [[nodiscard]] std::vector<std::uint32_t> add(BlockSet& set, std::uint32_t block, const BlockSet& without) const {
+    return needs_.add(set, block, without);
+  }
   /// Loads a closed set and takes out of it what is not loaded then; it stays closed. With OpenOptions::background only
   /// asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn. Throws
   /// std::bad_alloc, and in the background what the thread met; nothing of the file or its source. Throws
@@ -90,6 +93,8 @@ public:
     std::unique_lock<std::mutex> lock_;
   };
 
+  /// Whether a thread of its own loads: nobody waits then, what is there is used.
+  [[nodiscard]] bool is_in_background() const { return in_background_; }
   /// Whether blocks may be dropped: not all fit the memory.
   [[nodiscard]] bool is_limited() const { return is_limited_; }
   /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load.

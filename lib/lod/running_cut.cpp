@@ -65,7 +65,7 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
 
 // What is counted stays that of an earlier request, for the next one that can be counted.
 std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
-  Cut found = find_cut(hierarchy_, request_, {});
+  Cut found = until_ ? find_cut_by(*until_, hierarchy_, request_) : find_cut(hierarchy_, request_, {});
   std::shared_lock lock = hierarchy_.lock();
   for (std::uint32_t r = 0; r < flags_.size(); ++r)
     if (contains(r) != (found.applied[r] != 0)) touch(r);
@@ -74,6 +74,7 @@ std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
   is_found_whole_ = std::count(found_.missing.begin(), found_.missing.end(), 1) == 0;
   read_ = found_.read;
   missing_ = found_.missing;
+  is_out_of_time_ = found_.is_out_of_time;
   stopped_by_budget_ = found_.limited_by == LimitedBy::kBudget;
   return lock;
 }

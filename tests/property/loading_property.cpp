@@ -162,6 +162,63 @@ TEST_CASE("a session reads as much as there is time for, and gets there") {
   }
 }
 
+// Where a budget goes with a view the cut is found anew each time.
+TEST_CASE("a session with a view and a budget reads as much as there is time for, too") {
+  const LoadingSample& s = sample();
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  const auto dataset = Dataset::open(source);
+  Request request;
+  request.view = View{dataset->info().box_max, {-1, -1, -1}};
+  request.view->max_pixels = 0;
+  request.max_tets = dataset->info().tets / 2;
+  const Extraction answer = Dataset::open_memory(s.bytes)->extract(request);
+  REQUIRE(answer.limited_by == LimitedBy::kBudget);
+  request.max_milliseconds = 0;
+  Session session(dataset);
+  std::size_t stopped = 0;
+  for (int round = 0; round < 1000; ++round) {
+    const std::uint64_t reads = source->reads();
+    const SessionUpdate& update = session.update(request);
+    CHECK(source->reads() - reads <= 2); // the last of the blocks that seemed enough, and the first of those after them
+    if (update.complete) break;
+    CHECK(update.limited_by == LimitedBy::kTime);
+    CHECK(update.failures.empty());
+    if (source->reads() > reads && ++stopped % 8 == 1) check_sound(session.extraction());
+  }
+  CHECK(stopped >= s.blocks.size() / 4);
+  CHECK(difference(session, session.update(request), answer) == "");
+}
+
+TEST_CASE("an extraction with time enough reads many blocks at once, one with little no more than there is time for") {
+  const LoadingSample& s = sample();
+  for (const std::size_t i : {std::size_t{0}, std::size_t{3}}) {
+    INFO("request " << i);
+    Request request = s.requests[i];
+    const Extraction whole = Dataset::open_memory(s.bytes)->extract(request);
+    request.max_milliseconds = 1e7;
+    const Extraction timed = Dataset::open_memory(s.bytes)->extract(request);
+    CHECK(timed.bytes_read == whole.bytes_read);
+    CHECK(timed.read_requests < whole.read_requests + s.blocks.size() / 3);
+
+    const auto source = std::make_shared<FailingSource>(s.bytes);
+    const auto slow = Dataset::open(source);
+    const std::uint64_t opening = slow->bytes_read();
+    std::uint64_t longest = 0;
+    for (const file::BlockInfo& block : s.blocks)
+      longest = std::max<std::uint64_t>(longest, block.stored_bytes);
+    source->set([](std::uint64_t, std::uint64_t) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      return false;
+    });
+    request.max_milliseconds = 20;
+    const Extraction answer = slow->extract(request);
+    CHECK(answer.limited_by == LimitedBy::kTime);
+    CHECK(answer.bytes_read > opening);
+    CHECK(answer.bytes_read - opening <= longest);
+    check_sound(answer);
+  }
+}
+
 TEST_CASE("who has little time does not wait for a thread that reads") {
   const LoadingSample& s = sample();
   const auto source = std::make_shared<FailingSource>(s.bytes);
