@@ -32,9 +32,10 @@ private:
 class CutSearch {
 public:
   CutSearch(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress,
-            std::optional<Clock::time_point> read_until = std::nullopt)
+            const void* asker = nullptr, std::optional<Clock::time_point> read_until = std::nullopt)
       : hierarchy_(hierarchy), request_(request), budget_(hierarchy, request.budgets), progress_(progress),
-        cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()), read_until_(read_until) {}
+        cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()), asker_(asker),
+        read_until_(read_until) {}
 
   Cut run() {
     const Demand& demand = request_.demand;
@@ -79,7 +80,7 @@ private:
     const BlockSet wanted = set;
     if (read_until_) {
       read_what_there_is_time_for(set);
-    } else if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr)) {
+    } else if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr, asker_)) {
       is_time_up_ = true; // what was not read for that is not missing
       return;
     }
@@ -90,7 +91,7 @@ private:
     if (cut_.is_out_of_time)
       hierarchy_.loader().keep_loaded(set);
     else
-      cut_.is_out_of_time = !hierarchy_.loader().load(set, *read_until_);
+      cut_.is_out_of_time = !hierarchy_.loader().load(set, *read_until_, nullptr, asker_);
   }
   /// When to wait no longer for a thread that loads. All of the file is read whatever the time.
   [[nodiscard]] std::optional<Clock::time_point> until() const {
@@ -138,7 +139,14 @@ private:
 
   /// Adds to cut_.read, which stays closed, the blocks with a key of at least `reach`, largest first, until the time is
   /// up. As many are read at once as it seems there is time for. For each record `tets_per_record` are to be put out.
+  /// What could not be had is tried once more.
   void read_in_time(const BlocksByOrder& by_key, std::uint32_t reach, std::uint64_t tets_per_record) {
+    const bool has_lost = try_to_read_in_time(by_key, reach, tets_per_record);
+    if (has_lost && !is_time_up_ && !hierarchy_.loader().is_in_background())
+      try_to_read_in_time(by_key, reach, tets_per_record);
+  }
+  /// Returns whether there are blocks that could not be had.
+  bool try_to_read_in_time(const BlocksByOrder& by_key, std::uint32_t reach, std::uint64_t tets_per_record) {
     const bool waits = !hierarchy_.loader().is_in_background();
     const std::vector<std::uint32_t> order = needs_first(by_key, reach, cut_.read);
     BlockSet loaded(blocks_.size(), 1), lost(blocks_.size(), 0);
@@ -171,6 +179,7 @@ private:
       at_once = std::floor(std::min(2.0, seconds_left(tets) / seconds) * unread);
       if (waits && at_once < 1 && next < order.size()) is_time_up_ = true;
     }
+    return std::find(lost.begin(), lost.end(), 1) != lost.end();
   }
 
   // ---- what is demanded ----
@@ -360,6 +369,7 @@ private:
   Cancellation cancellation_;
   const std::vector<file::BlockInfo>& blocks_;
   const Clock::time_point begin_;
+  const void* const asker_;
   const std::optional<Clock::time_point> read_until_;
   Cut cut_;
   bool stopped_by_budget_ = false;
@@ -372,9 +382,10 @@ Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const Progres
   return CutSearch(hierarchy, request, progress).run();
 }
 
-Cut find_cut_by(Clock::time_point until, Hierarchy& hierarchy, const ResolvedRequest& request) {
+Cut find_cut_for(const void* asker, std::optional<Clock::time_point> until, Hierarchy& hierarchy,
+                 const ResolvedRequest& request) {
   const ProgressCallback none;
-  return CutSearch(hierarchy, request, none, until).run();
+  return CutSearch(hierarchy, request, none, asker, until).run();
 }
 
 } // namespace ptet

@@ -24,6 +24,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
@@ -57,15 +58,20 @@ public:
   /// asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn. Throws
   /// std::bad_alloc, and in the background what the thread met; nothing of the file or its source. Throws
   /// Error(kCancelled) between blocks, not while the content is made anew; what was decoded until then stays.
-  void load(BlockSet& closed, Cancellation* cancellation = nullptr);
+  /// `asker`: see LoadQueue.
+  void load(BlockSet& closed, Cancellation* cancellation = nullptr, const void* asker = nullptr);
   /// The same, but waits for another thread that loads no longer than `until`; then loads nothing and returns false.
   [[nodiscard]] bool load_when_free(BlockSet& closed, std::optional<std::chrono::steady_clock::time_point> until,
-                                    Cancellation* cancellation = nullptr);
-  /// The same some blocks at a time, coarse ones first, and as it seems by `until`: at least one that is not there yet,
-  /// but none while another thread loads until then. Returns false when it left blocks for later. Where memory is
-  /// limited all are loaded at once.
+                                    Cancellation* cancellation = nullptr, const void* asker = nullptr);
+  /// The same some blocks at a time, coarse ones first and those last that failed before, and as it seems by `until`:
+  /// at least one that is not there yet, but none while another thread loads until then. Returns false when it left
+  /// blocks for later that have not failed. Where memory is limited all are loaded at once.
   [[nodiscard]] bool load(BlockSet& closed, std::chrono::steady_clock::time_point until,
-                          Cancellation* cancellation = nullptr);
+                          Cancellation* cancellation = nullptr, const void* asker = nullptr);
+  /// In the background: what the asker has asked for is wanted no more.
+  void forget_asker(const void* asker) {
+    if (queue_) queue_->forget_asker(asker);
+  }
   /// Takes out of the set what is not loaded. Takes the lock itself.
   void keep_loaded(BlockSet& set) const;
 
@@ -118,6 +124,15 @@ private:
 
   [[nodiscard]] std::unique_lock<std::timed_mutex> wait_for_others(std::optional<Clock::time_point> until,
                                                                    Cancellation* cancellation);
+  /// What is to be loaded in time, as far as it is done.
+  struct TimedLoad {
+    BlockSet loaded, lost;
+    Clock::time_point until;
+    Cancellation* cancellation = nullptr;
+    bool has_tried = false;
+  };
+  [[nodiscard]] bool load_some(TimedLoad& load, const BlockSet& closed);
+  [[nodiscard]] bool is_any_possible(const std::deque<std::uint32_t>& blocks, const TimedLoad& load) const;
   void load_now(BlockSet& set, Cancellation* cancellation);
   [[nodiscard]] bool make_room(BlockSet& set, Cancellation* cancellation);
   [[nodiscard]] BlockSet what_fits(const BlockSet& set) const;

@@ -21,6 +21,9 @@ class RunningCut {
 public:
   /// Of the base mesh. `hierarchy` must outlive it.
   explicit RunningCut(Hierarchy& hierarchy);
+  ~RunningCut();
+  RunningCut(const RunningCut&) = delete;
+  RunningCut& operator=(const RunningCut&) = delete;
 
   /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what
   /// the cut needs is in memory while it is. Blocks that cannot be had are left out, see Cut. Throws what

@@ -124,6 +124,40 @@ TEST_CASE("a session follows while a thread loads") {
   }
 }
 
+// A view that moves over a slow source: only where it is now counts.
+TEST_CASE("what a session asked a thread for before is read no more") {
+  const LoadingSample& s = sample();
+  const std::size_t last = 1;
+  const std::uint64_t needed = Dataset::open_memory(s.bytes)->extract(s.requests[last]).bytes_read;
+  REQUIRE(needed < s.bytes.size() / 2);
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  OpenOptions options;
+  options.background = true;
+  const auto dataset = Dataset::open(source, options);
+  std::atomic<bool> is_reading{false}, may_go_on{false};
+  source->set([&](std::uint64_t, std::uint64_t) {
+    is_reading = true;
+    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return false;
+  });
+  Session session(dataset);
+  session.update(s.requests[last]);
+  while (!is_reading)
+    std::this_thread::yield();
+  session.update(s.requests[0]); // the original
+  session.update(s.requests[2]);
+  {
+    Session gone(dataset);
+    gone.update(s.requests[0]);
+  }
+  session.update(s.requests[last]);
+  may_go_on = true;
+  dataset->wait_until_loaded();
+  CHECK(dataset->bytes_read() == needed);
+  CHECK(difference(session, session.update(s.requests[last]), s.answers[last]) == "");
+}
+
 TEST_CASE("a session reads as much as there is time for, and gets there") {
   const LoadingSample& s = sample();
   for (const int delay_ms : {0, 15}) {
