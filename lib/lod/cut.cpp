@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <optional>
 
 namespace ptet {
@@ -152,32 +151,38 @@ private:
     BlockSet loaded(blocks_.size(), 1), lost(blocks_.size(), 0);
     hierarchy_.loader().keep_loaded(loaded);
     std::uint64_t tets = hierarchy_.header().base_tet_count;
-    std::size_t next = 0;
-    for (double at_once = 1; next < order.size() && !is_time_up_; at_once = std::max(at_once, 1.0)) {
+    PaceOfLoading pace;
+    for (std::size_t next = 0; next < order.size() && !is_time_up_;) {
       const auto begin = Clock::now();
       BlockSet wanted = cut_.read;
-      double unread = 0;
-      for (; next < order.size() && (!waits || unread < at_once); ++next) {
+      double work = 0;
+      for (; next < order.size(); ++next) {
         if (is_late(tets)) {
           is_time_up_ = true;
-          if (waits && unread > 0) intersect(wanted, loaded);
+          if (waits && work > 0) intersect(wanted, loaded);
           break;
         }
-        const auto added = hierarchy_.loader().add(wanted, order[next], lost);
-        if (wanted[order[next]] == 0) cut_.missing[order[next]] = 1;
-        for (const std::uint32_t b : added) {
-          if (waits || loaded[b] != 0) tets += tets_per_record * blocks_[b].record_count;
-          if (loaded[b] == 0) ++unread;
+        if (wanted[order[next]] != 0) continue;
+        const std::vector<std::uint32_t> added = hierarchy_.loader().add(wanted, order[next], lost);
+        if (added.empty()) cut_.missing[order[next]] = 1;
+        double more = 0;
+        for (const std::uint32_t b : added)
+          if (loaded[b] == 0) more += hierarchy_.loader().work_of(b);
+        if (waits && more > 0 && !pace.has_time_for(work, more)) {
+          is_time_up_ = work == 0;
+          for (const std::uint32_t b : added)
+            wanted[b] = 0;
+          break;
         }
+        work += more;
+        for (const std::uint32_t b : added)
+          if (waits || loaded[b] != 0) tets += tets_per_record * blocks_[b].record_count;
       }
       cut_.read = wanted;
       read(cut_.read);
       for (std::size_t b = 0; b < lost.size(); ++b)
         if (wanted[b] != cut_.read[b]) lost[b] = 1;
-      if (unread == 0) continue;
-      const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-      at_once = std::floor(std::min(2.0, seconds_left(tets) / seconds) * unread);
-      if (waits && at_once < 1 && next < order.size()) is_time_up_ = true;
+      if (work > 0) pace.note(work, std::chrono::duration<double>(Clock::now() - begin).count(), seconds_left(tets));
     }
     return std::find(lost.begin(), lost.end(), 1) != lost.end();
   }

@@ -1,7 +1,6 @@
 #include "lod/loader.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -179,13 +178,27 @@ bool Loader::load_some(TimedLoad& load, const BlockSet& closed) {
   std::deque<std::uint32_t> left;
   for (const std::uint32_t b : members(closed))
     if (load.loaded[b] == 0) left.push_back(b);
-  for (double at_once = 1; !left.empty(); at_once = std::max(at_once, 1.0)) {
+  PaceOfLoading pace;
+  while (true) {
     const auto begin = Clock::now();
     BlockSet part = load.loaded;
-    double count = 0;
-    for (; count < at_once && !left.empty(); left.pop_front())
-      if (part[left.front()] == 0 && !needs_.add(part, left.front(), load.lost).empty()) ++count;
-    if (count == 0) break;
+    double work = 0;
+    for (; !left.empty(); left.pop_front()) {
+      if (part[left.front()] != 0) continue;
+      const std::vector<std::uint32_t> added = needs_.add(part, left.front(), load.lost);
+      double more = 0;
+      for (const std::uint32_t b : added)
+        more += work_of(b);
+      if (added.empty() || pace.has_time_for(work, more)) {
+        work += more;
+        continue;
+      }
+      if (work == 0) return false;
+      for (const std::uint32_t b : added)
+        part[b] = 0;
+      break;
+    }
+    if (work == 0) return true;
     const BlockSet wanted = part;
     load.has_tried = true;
     const bool is_free = load_when_free(part, load.until, load.cancellation);
@@ -195,18 +208,9 @@ bool Loader::load_some(TimedLoad& load, const BlockSet& closed) {
     load.loaded = std::move(part);
     if (!is_free) return false;
     const auto now = Clock::now();
-    at_once = std::floor(
-        std::min(2.0, std::chrono::duration<double>(load.until - now) / std::chrono::duration<double>(now - begin)) *
-        count);
-    if (at_once < 1 && is_any_possible(left, load)) return false;
+    pace.note(work, std::chrono::duration<double>(now - begin).count(),
+              std::chrono::duration<double>(load.until - now).count());
   }
-  return true;
-}
-
-bool Loader::is_any_possible(const std::deque<std::uint32_t>& blocks, const TimedLoad& load) const {
-  BlockSet part = load.loaded;
-  return std::any_of(blocks.begin(), blocks.end(),
-                     [&](std::uint32_t b) { return part[b] == 0 && !needs_.add(part, b, load.lost).empty(); });
 }
 
 void Loader::load_now(BlockSet& set, Cancellation* cancellation) {
