@@ -1,5 +1,6 @@
 #include "lod/block_losses.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace ptet {
@@ -28,6 +29,20 @@ std::vector<std::uint32_t> BlockLosses::hopeless() const {
   for (const auto& [block, failed] : failed_)
     if (failed.failure.code != ErrorCode::kIo || (in_background_ && Clock::now() - failed.when < kRetryAfter))
       blocks.push_back(block);
+  return blocks;
+}
+
+std::vector<std::uint32_t> BlockLosses::failed() const {
+  std::vector<std::pair<Clock::time_point, std::uint32_t>> by_time;
+  {
+    const std::lock_guard guard(mutex_);
+    for (const auto& [block, failed] : failed_)
+      by_time.emplace_back(failed.when, block);
+  }
+  std::sort(by_time.begin(), by_time.end());
+  std::vector<std::uint32_t> blocks;
+  for (const auto& [when, block] : by_time)
+    blocks.push_back(block);
   return blocks;
 }
 

@@ -32,6 +32,8 @@ public:
   /// Blocks that are not to be tried now: wrong bytes stay wrong; where reading failed, it may not do so the next time,
   /// of a thread after a while.
   [[nodiscard]] std::vector<std::uint32_t> hopeless() const;
+  /// Blocks that could not be had the last time, the longest ago first.
+  [[nodiscard]] std::vector<std::uint32_t> failed() const;
   [[nodiscard]] Shortfall explain(const BlockSet& missing) const;
 
 private:

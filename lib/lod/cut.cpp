@@ -30,9 +30,11 @@ private:
 
 class CutSearch {
 public:
-  CutSearch(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress)
+  CutSearch(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress,
+            const void* asker = nullptr, std::optional<Clock::time_point> read_until = std::nullopt)
       : hierarchy_(hierarchy), request_(request), budget_(hierarchy, request.budgets), progress_(progress),
-        cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()) {}
+        cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()), asker_(asker),
+        read_until_(read_until) {}
 
   Cut run() {
     const Demand& demand = request_.demand;
@@ -40,7 +42,7 @@ public:
     cut_.missing.assign(blocks_.size(), 0);
     cut_.read = blocks_of(promised);
     if (request_.budgets.any()) {
-      read_in_time(cut_.read);
+      read_promised();
     } else {
       const BlockSet more = blocks_of(wished);
       for (std::size_t b = 0; b < blocks_.size(); ++b)
@@ -75,12 +77,20 @@ private:
     cancellation_.check();
     hierarchy_.close(set);
     const BlockSet wanted = set;
-    if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr)) {
+    if (read_until_) {
+      read_what_there_is_time_for(set);
+    } else if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr, asker_)) {
       is_time_up_ = true; // what was not read for that is not missing
       return;
     }
     for (std::size_t b = 0; b < set.size(); ++b) // what failed once may be there the next time
       if (wanted[b] != 0) cut_.missing[b] = set[b] == 0 ? 1 : 0;
+  }
+  void read_what_there_is_time_for(BlockSet& set) {
+    if (cut_.is_out_of_time)
+      hierarchy_.loader().keep_loaded(set);
+    else
+      cut_.is_out_of_time = !hierarchy_.loader().load(set, *read_until_, nullptr, asker_);
   }
   /// When to wait no longer for a thread that loads. All of the file is read whatever the time.
   [[nodiscard]] std::optional<Clock::time_point> until() const {
@@ -95,25 +105,86 @@ private:
   /// Whether so large a mesh can only just be put out in time.
   [[nodiscard]] bool is_late(std::uint64_t tets) const {
     if (!request_.budgets.max_seconds) return false;
-    constexpr double kSecondsPerTet = 25e-9; // from the cut to the mesh, as a rule
+    return seconds_left(tets) <= 0;
+  }
+  /// To read in, where so large a mesh is to be put out afterwards.
+  [[nodiscard]] double seconds_left(std::uint64_t tets) const {
+    constexpr double kSecondsPerTet = 40e-9; // from the cut to the mesh, as a rule
     const double passed = std::chrono::duration<double>(Clock::now() - begin_).count();
-    return passed + kSecondsPerTet * static_cast<double>(tets) >= *request_.budgets.max_seconds;
+    return *request_.budgets.max_seconds - passed - kSecondsPerTet * static_cast<double>(tets);
   }
 
-  /// Reads the blocks of the set in the order of their largest key until the time is up; leaves in the set what was
-  /// read, closed.
-  void read_in_time(BlockSet& set) {
-    if (!request_.budgets.max_seconds) return read(set);
-    const BlocksByOrder by_key = in_order(set);
-    set.assign(blocks_.size(), 0);
+  /// What is promised, as far as there is time.
+  void read_promised() {
+    if (!request_.budgets.max_seconds) return read(cut_.read);
+    const BlocksByOrder by_key = in_order(cut_.read);
+    cut_.read.assign(blocks_.size(), 0);
+    read_in_time(by_key, 0, 0);
+  }
+
+  /// Blocks with a key of at least `reach`, each after what it needs, coarse ones first; less what is in `set`.
+  std::vector<std::uint32_t> needs_first(const BlocksByOrder& by_key, std::uint32_t reach, BlockSet set) const {
+    const BlockSet none(blocks_.size(), 0);
+    std::vector<std::uint32_t> order;
     for (const auto& [key, b] : by_key) {
-      if (is_late(hierarchy_.header().base_tet_count)) {
-        is_time_up_ = true;
-        return;
-      }
-      set[b] = 1;
-      read(set);
+      if (key < reach) break;
+      if (set[b] != 0) continue;
+      std::vector<std::uint32_t> added = hierarchy_.loader().add(set, b, none);
+      std::sort(added.begin(), added.end());
+      order.insert(order.end(), added.begin(), added.end());
     }
+    return order;
+  }
+
+  /// Adds to cut_.read, which stays closed, the blocks with a key of at least `reach`, largest first, until the time is
+  /// up. As many are read at once as it seems there is time for. For each record `tets_per_record` are to be put out.
+  /// What could not be had is tried once more.
+  void read_in_time(const BlocksByOrder& by_key, std::uint32_t reach, std::uint64_t tets_per_record) {
+    const bool has_lost = try_to_read_in_time(by_key, reach, tets_per_record);
+    if (has_lost && !is_time_up_ && !hierarchy_.loader().is_in_background())
+      try_to_read_in_time(by_key, reach, tets_per_record);
+  }
+  /// Returns whether there are blocks that could not be had.
+  bool try_to_read_in_time(const BlocksByOrder& by_key, std::uint32_t reach, std::uint64_t tets_per_record) {
+    const bool waits = !hierarchy_.loader().is_in_background();
+    const std::vector<std::uint32_t> order = needs_first(by_key, reach, cut_.read);
+    BlockSet loaded(blocks_.size(), 1), lost(blocks_.size(), 0);
+    hierarchy_.loader().keep_loaded(loaded);
+    std::uint64_t tets = hierarchy_.header().base_tet_count;
+    PaceOfLoading pace;
+    for (std::size_t next = 0; next < order.size() && !is_time_up_;) {
+      const auto begin = Clock::now();
+      BlockSet wanted = cut_.read;
+      double work = 0;
+      for (; next < order.size(); ++next) {
+        if (is_late(tets)) {
+          is_time_up_ = true;
+          if (waits && work > 0) intersect(wanted, loaded);
+          break;
+        }
+        if (wanted[order[next]] != 0) continue;
+        const std::vector<std::uint32_t> added = hierarchy_.loader().add(wanted, order[next], lost);
+        if (added.empty()) cut_.missing[order[next]] = 1;
+        double more = 0;
+        for (const std::uint32_t b : added)
+          if (loaded[b] == 0) more += hierarchy_.loader().work_of(b);
+        if (waits && more > 0 && !pace.has_time_for(work, more)) {
+          is_time_up_ = work == 0;
+          for (const std::uint32_t b : added)
+            wanted[b] = 0;
+          break;
+        }
+        work += more;
+        for (const std::uint32_t b : added)
+          if (waits || loaded[b] != 0) tets += tets_per_record * blocks_[b].record_count;
+      }
+      cut_.read = wanted;
+      read(cut_.read);
+      for (std::size_t b = 0; b < lost.size(); ++b)
+        if (wanted[b] != cut_.read[b]) lost[b] = 1;
+      if (work > 0) pace.note(work, std::chrono::duration<double>(Clock::now() - begin).count(), seconds_left(tets));
+    }
+    return std::find(lost.begin(), lost.end(), 1) != lost.end();
   }
 
   // ---- what is demanded ----
@@ -188,8 +259,8 @@ private:
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
     while (true) {
       reach = read_down_to(reach, by_key, promised_blocks);
-      const bool has_read_all =
-          by_key.empty() || reach <= by_key.back().first || hierarchy_.loader().waits_for(cut_.missing);
+      const bool has_read_all = by_key.empty() || reach <= by_key.back().first || cut_.is_out_of_time ||
+                                hierarchy_.loader().waits_for(cut_.missing);
       if (has_read_all) reach = 0;
       const auto lock = hierarchy_.lock();
       cut_.applied = promised;
@@ -234,21 +305,11 @@ private:
       read(cut_.read);
       return reach;
     }
-    // The time being up, the answer need not be the builder's mesh: all that was read is taken.
     constexpr std::uint64_t kTetsPerVertex = 6;
-    std::uint64_t tets = hierarchy_.header().base_tet_count;
     cut_.read = promised;
-    for (const auto& [block_key, b] : by_key) {
-      if (block_key < reach) break;
-      if (is_late(tets)) {
-        is_time_up_ = true;
-        return 0;
-      }
-      cut_.read[b] = 1;
-      read(cut_.read);
-      tets += kTetsPerVertex * blocks_[b].record_count;
-    }
-    return reach;
+    read_in_time(by_key, reach, kTetsPerVertex);
+    // The time being up, the answer need not be the builder's mesh: all that was read is taken.
+    return is_time_up_ ? 0 : reach;
   }
 
   // Takes the wanted records, each with all that it needs, in their order, as long as they fit. Returns the key of the
@@ -313,6 +374,8 @@ private:
   Cancellation cancellation_;
   const std::vector<file::BlockInfo>& blocks_;
   const Clock::time_point begin_;
+  const void* const asker_;
+  const std::optional<Clock::time_point> read_until_;
   Cut cut_;
   bool stopped_by_budget_ = false;
   bool is_time_up_ = false;
@@ -322,6 +385,12 @@ private:
 
 Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress) {
   return CutSearch(hierarchy, request, progress).run();
+}
+
+Cut find_cut_for(const void* asker, std::optional<Clock::time_point> until, Hierarchy& hierarchy,
+                 const ResolvedRequest& request) {
+  const ProgressCallback none;
+  return CutSearch(hierarchy, request, none, asker, until).run();
 }
 
 } // namespace ptet

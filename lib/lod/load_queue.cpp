@@ -23,26 +23,49 @@ void LoadQueue::stop() {
   has_work_.notify_all();
 }
 
-void LoadQueue::ask_for(const BlockSet& set) {
+void LoadQueue::ask_for(const BlockSet& set, const void* asker) {
   {
     const std::lock_guard guard(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    const auto before = std::find_if(asked_.begin(), asked_.end(), [&](const Asked& asked) { return *asked == set; });
+    const auto before =
+        std::find_if(asked_.begin(), asked_.end(), [&](const Asked& asked) { return asked->set == set; });
     if (before != asked_.end()) {
       std::rotate(asked_.begin(), before, before + 1);
     } else {
-      asked_.push_front(std::make_shared<const BlockSet>(set));
+      asked_.push_front(std::make_shared<Request>(Request{set, {}, false}));
       if (asked_.size() > kMaxQueued) asked_.pop_back();
+    }
+    const Asked asked = asked_.front();
+    if (asker == nullptr) {
+      asked->is_anyones = true;
+    } else {
+      const bool was_anyones = std::exchange(asked->is_anyones, true); // it stays
+      take_back(asker);
+      asked->is_anyones = was_anyones;
+      asked->askers.push_back(asker);
     }
   }
   has_work_.notify_one();
+}
+
+void LoadQueue::forget_asker(const void* asker) {
+  const std::lock_guard guard(mutex_);
+  take_back(asker);
+  if (asked_.empty()) is_done_.notify_all();
+}
+
+/// The mutex must be held.
+void LoadQueue::take_back(const void* asker) {
+  std::erase_if(asked_, [&](const Asked& asked) {
+    return std::erase(asked->askers, asker) > 0 && asked->askers.empty() && !asked->is_anyones;
+  });
 }
 
 void LoadQueue::work() {
   while (const Asked asked = wait_for_first()) {
     bool has_more = false;
     try {
-      has_more = serve_(*asked);
+      has_more = serve_(asked->set);
     } catch (...) {
       const std::lock_guard guard(mutex_);
       error_ = std::current_exception();

@@ -4,7 +4,7 @@
 //                                                                                    leaves the queue
 //
 // A request stays in its place while a part of it is served, so one that is asked meanwhile comes before the rest of
-// it.
+// it. Who moves on takes back what it asked for before: of a view that moves only where it is now is loaded.
 #pragma once
 
 #include "lod/block_needs.hpp"
@@ -18,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace ptet {
 
@@ -34,9 +35,12 @@ public:
   LoadQueue(const LoadQueue&) = delete;
   LoadQueue& operator=(const LoadQueue&) = delete;
 
-  /// One that is asked again and again is queued once, as the latest. Of too many the oldest are forgotten.
+  /// One that is asked again and again is queued once, as the latest. Of too many the oldest are forgotten. What the
+  /// same `asker`, if any, asked for before is wanted no more.
   /// Throws what serving threw, once, and asks for nothing then.
-  void ask_for(const BlockSet& set);
+  void ask_for(const BlockSet& set, const void* asker = nullptr);
+  /// The asker is no more, or wants nothing.
+  void forget_asker(const void* asker);
   /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what serving
   /// threw.
   void wait_until_done(const ProgressCallback& progress);
@@ -46,12 +50,18 @@ public:
   [[nodiscard]] bool is_stopped() const { return is_stopped_; }
 
 private:
-  using Asked = std::shared_ptr<const BlockSet>;
+  struct Request {
+    BlockSet set;
+    std::vector<const void*> askers; ///< that it is the last request of
+    bool is_anyones = false;         ///< asked for by nobody that may take it back
+  };
+  using Asked = std::shared_ptr<Request>;
   static constexpr std::size_t kMaxQueued = 64;
 
   void work();
   [[nodiscard]] Asked wait_for_first();
   void forget(const Asked& asked);
+  void take_back(const void* asker);
 
   const Serve serve_;
   std::mutex mutex_;

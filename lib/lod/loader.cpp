@@ -1,8 +1,6 @@
 #include "lod/loader.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <deque>
 #include <thread>
 #include <utility>
 
@@ -110,11 +108,12 @@ void Loader::repair() {
   if (is_spoilt_) rebuild(none, none, true);
 }
 
-void Loader::load(BlockSet& closed, Cancellation* cancellation) {
-  static_cast<void>(load_when_free(closed, std::nullopt, cancellation));
+void Loader::load(BlockSet& closed, Cancellation* cancellation, const void* asker) {
+  static_cast<void>(load_when_free(closed, std::nullopt, cancellation, asker));
 }
 
-bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> until, Cancellation* cancellation) {
+bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> until, Cancellation* cancellation,
+                            const void* asker) {
   repair();
   bool is_there = false, is_free = true;
   {
@@ -123,13 +122,15 @@ bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> u
   }
   if (!is_there) {
     if (queue_) {
-      queue_->ask_for(closed);
+      queue_->ask_for(closed, asker);
     } else {
       const auto one = wait_for_others(until, cancellation);
       is_free = one.owns_lock();
       if (is_free) load_now(closed, cancellation);
     }
     keep_loaded(closed);
+  } else if (asker != nullptr) {
+    forget_asker(asker);
   }
   if (takes_turns_) unite(in_use_, closed);
   return is_free;
@@ -147,40 +148,69 @@ std::unique_lock<std::timed_mutex> Loader::wait_for_others(std::optional<Clock::
   return one;
 }
 
-// What cannot be had is not asked for again with each of the others that need it.
-bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cancellation) {
+// What failed before is tried again when there is nothing else to read: no source that fails for some blocks keeps the
+// others, and the answer is whole but for these then, whatever time is left.
+bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cancellation, const void* asker) {
   if (in_background_ || is_limited_) {
-    load(closed, cancellation);
+    load(closed, cancellation, asker);
     return true;
   }
-  BlockSet loaded = closed, lost(closed.size(), 0);
-  keep_loaded(loaded);
+  TimedLoad load{closed, BlockSet(closed.size(), 0), until, cancellation};
+  keep_loaded(load.loaded);
+  std::vector<std::uint32_t> again;
+  for (const std::uint32_t b : losses_.failed())
+    if (closed[b] != 0 && load.loaded[b] == 0) {
+      load.lost[b] = 1;
+      again.push_back(b);
+    }
+  bool is_all = load_some(load, closed);
+  for (const std::uint32_t b : again) {
+    if (!is_all || (load.has_tried && Clock::now() >= until)) break;
+    load.lost[b] = 0;
+    is_all = load_some(load, closed);
+  }
+  closed = std::move(load.loaded);
+  return is_all;
+}
+
+/// Of the set what is neither loaded nor lost, nor needs what is lost. Returns false when it left some for later.
+bool Loader::load_some(TimedLoad& load, const BlockSet& closed) {
   std::deque<std::uint32_t> left;
   for (const std::uint32_t b : members(closed))
-    if (loaded[b] == 0) left.push_back(b);
-  for (double at_once = 1; !left.empty();) {
+    if (load.loaded[b] == 0) left.push_back(b);
+  PaceOfLoading pace;
+  while (true) {
     const auto begin = Clock::now();
-    BlockSet part = loaded;
-    double count = 0;
-    for (; count < at_once && !left.empty(); left.pop_front())
-      if (part[left.front()] != 0 || !needs_.add(part, left.front(), lost).empty()) ++count;
+    BlockSet part = load.loaded;
+    double work = 0;
+    for (; !left.empty(); left.pop_front()) {
+      if (part[left.front()] != 0) continue;
+      const std::vector<std::uint32_t> added = needs_.add(part, left.front(), load.lost);
+      double more = 0;
+      for (const std::uint32_t b : added)
+        more += work_of(b);
+      if (added.empty() || pace.has_time_for(work, more)) {
+        work += more;
+        continue;
+      }
+      if (work == 0) return false;
+      for (const std::uint32_t b : added)
+        part[b] = 0;
+      break;
+    }
+    if (work == 0) return true;
     const BlockSet wanted = part;
-    const bool is_free = load_when_free(part, until, cancellation);
+    load.has_tried = true;
+    const bool is_free = load_when_free(part, load.until, load.cancellation);
     if (is_free)
       for (std::size_t b = 0; b < part.size(); ++b)
-        if (wanted[b] != part[b]) lost[b] = 1;
-    loaded = std::move(part);
+        if (wanted[b] != part[b]) load.lost[b] = 1;
+    load.loaded = std::move(part);
+    if (!is_free) return false;
     const auto now = Clock::now();
-    at_once = std::floor(
-        std::min(2.0, std::chrono::duration<double>(until - now) / std::chrono::duration<double>(now - begin)) * count);
-    if (!is_free || (!left.empty() && at_once < 1 && count > 0)) {
-      closed = std::move(loaded);
-      return false;
-    }
-    at_once = std::max(at_once, 1.0);
+    pace.note(work, std::chrono::duration<double>(now - begin).count(),
+              std::chrono::duration<double>(load.until - now).count());
   }
-  closed = std::move(loaded);
-  return true;
 }
 
 void Loader::load_now(BlockSet& set, Cancellation* cancellation) {

@@ -22,14 +22,34 @@
 #include "ptet/dataset.hpp"
 #include "ptet/source.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
 #include <vector>
 
 namespace ptet {
+
+/// How much to load at once where there is little time: one thing first, then at most four times as much as before,
+/// and what it seems there is time for. Work is in whatever unit takes about the same time.
+class PaceOfLoading {
+public:
+  /// Whether `more` may be done, too, where `work` is to be done.
+  [[nodiscard]] bool has_time_for(double work, double more) const {
+    return work == 0 ? more <= affordable_ : work + more <= std::min(kMostMore * most_, affordable_);
+  }
+  void note(double work, double seconds, double seconds_left) {
+    most_ = std::max(most_, work);
+    affordable_ = std::max(seconds_left, 0.0) / std::max(seconds, 1e-9) * work;
+  }
+
+private:
+  static constexpr double kMostMore = 4;
+  double most_ = 0, affordable_ = std::numeric_limits<double>::infinity();
+};
 
 class Loader {
 public:
@@ -50,19 +70,32 @@ public:
   /// See BlockNeeds.
   void close(BlockSet& set) const;
   void close(BlockSet& set, std::vector<std::uint32_t>& open) const { needs_.close(set, open); }
+  [[nodiscard]] std::vector<std::uint32_t> add(BlockSet& set, std::uint32_t block, const BlockSet& without) const {
+    return needs_.add(set, block, without);
+  }
   /// Loads a closed set and takes out of it what is not loaded then; it stays closed. With OpenOptions::background only
   /// asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn. Throws
   /// std::bad_alloc, and in the background what the thread met; nothing of the file or its source. Throws
   /// Error(kCancelled) between blocks, not while the content is made anew; what was decoded until then stays.
-  void load(BlockSet& closed, Cancellation* cancellation = nullptr);
+  /// `asker`: see LoadQueue.
+  void load(BlockSet& closed, Cancellation* cancellation = nullptr, const void* asker = nullptr);
   /// The same, but waits for another thread that loads no longer than `until`; then loads nothing and returns false.
   [[nodiscard]] bool load_when_free(BlockSet& closed, std::optional<std::chrono::steady_clock::time_point> until,
-                                    Cancellation* cancellation = nullptr);
-  /// The same some blocks at a time, coarse ones first, and as it seems by `until`: at least one that is not there yet,
-  /// but none while another thread loads until then. Returns false when it left blocks for later. Where memory is
-  /// limited all are loaded at once.
+                                    Cancellation* cancellation = nullptr, const void* asker = nullptr);
+  /// The same some blocks at a time, coarse ones first and those last that failed before, and as it seems by `until`:
+  /// at least one that is not there yet, but none while another thread loads until then. Returns false when it left
+  /// blocks for later that have not failed. Where memory is limited all are loaded at once.
   [[nodiscard]] bool load(BlockSet& closed, std::chrono::steady_clock::time_point until,
-                          Cancellation* cancellation = nullptr);
+                          Cancellation* cancellation = nullptr, const void* asker = nullptr);
+  /// What it takes to read and decode a block, in records: they may have one record or hundreds.
+  [[nodiscard]] double work_of(std::uint32_t block) const {
+    constexpr double kRecordsOfBlock = 32; // what it takes however few they are
+    return kRecordsOfBlock + reader_.blocks()[block].record_count;
+  }
+  /// In the background: what the asker has asked for is wanted no more.
+  void forget_asker(const void* asker) {
+    if (queue_) queue_->forget_asker(asker);
+  }
   /// Takes out of the set what is not loaded. Takes the lock itself.
   void keep_loaded(BlockSet& set) const;
 
@@ -90,6 +123,8 @@ public:
     std::unique_lock<std::mutex> lock_;
   };
 
+  /// Whether a thread of its own loads: nobody waits then, what is there is used.
+  [[nodiscard]] bool is_in_background() const { return in_background_; }
   /// Whether blocks may be dropped: not all fit the memory.
   [[nodiscard]] bool is_limited() const { return is_limited_; }
   /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load.
@@ -113,6 +148,14 @@ private:
 
   [[nodiscard]] std::unique_lock<std::timed_mutex> wait_for_others(std::optional<Clock::time_point> until,
                                                                    Cancellation* cancellation);
+  /// What is to be loaded in time, as far as it is done.
+  struct TimedLoad {
+    BlockSet loaded, lost;
+    Clock::time_point until;
+    Cancellation* cancellation = nullptr;
+    bool has_tried = false;
+  };
+  [[nodiscard]] bool load_some(TimedLoad& load, const BlockSet& closed);
   void load_now(BlockSet& set, Cancellation* cancellation);
   [[nodiscard]] bool make_room(BlockSet& set, Cancellation* cancellation);
   [[nodiscard]] BlockSet what_fits(const BlockSet& set) const;

@@ -4,6 +4,7 @@
 #include "lod/star.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace ptet {
 namespace {
@@ -23,15 +24,41 @@ Blocks unread_blocks(const Hierarchy& hierarchy, const Cut& cut) {
   return unread;
 }
 
+/// In the order of the records that made them, and where those of each block begin.
+class ByBlock {
+public:
+  ByBlock(std::span<const MadeVersion> versions, const std::vector<file::BlockInfo>& blocks)
+      : versions_(versions.size()), begin_(blocks.size() + 1, 0) {
+    if (blocks.empty()) return;
+    const auto& last = blocks.back();
+    std::vector<std::uint32_t> block_of(last.first_record + std::size_t{last.record_count});
+    for (std::uint32_t b = 0; b < blocks.size(); ++b)
+      std::fill_n(block_of.begin() + blocks[b].first_record, blocks[b].record_count, b);
+    for (const MadeVersion& version : versions)
+      ++begin_[block_of[version.maker.index()] + 1];
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
+    for (const MadeVersion& version : versions)
+      versions_[next[block_of[version.maker.index()]]++] = version;
+  }
+  [[nodiscard]] std::span<const MadeVersion> of(std::size_t block) const {
+    return std::span(versions_).subspan(begin_[block], begin_[block + 1] - begin_[block]);
+  }
+
+private:
+  std::vector<MadeVersion> versions_;
+  std::vector<std::size_t> begin_;
+};
+
 /// The largest codes, of the fields over tets, of the domain over faces, where `is_in(tet, own)` holds; with those of
-/// the unread blocks where `may_hold(block)` does.
+/// the unread blocks. `may_hold(min, max)`: whether it may in that box; most is not looked at for that.
 template <class IsIn, class MayHold>
-Codes largest(const Hierarchy& hierarchy, std::span<const MadeVersion> tets, std::span<const MadeVersion> ghosts,
-              const Blocks& unread, IsIn&& is_in, MayHold&& may_hold) {
+Codes largest(const Hierarchy& hierarchy, const ByBlock& tets, const ByBlock& ghosts, const Blocks& unread,
+              IsIn&& is_in, MayHold&& may_hold) {
   const std::size_t count = hierarchy.errors_per_record();
   Codes most(count, 0);
   for (const file::BlockInfo* const block : unread)
-    if (may_hold(*block))
+    if (may_hold(block->box_min, block->box_max))
       for (std::size_t i = 0; i < count; ++i)
         most[i] = std::max(most[i], block->max_own[i]);
   const auto look_at = [&](std::span<const MadeVersion> versions, std::size_t first, std::size_t last) {
@@ -40,13 +67,19 @@ Codes largest(const Hierarchy& hierarchy, std::span<const MadeVersion> tets, std
       bool is_larger = false;
       for (std::size_t i = first; i < last; ++i)
         is_larger = is_larger || own[i] > most[i];
-      if (!is_larger || !is_in(version.tet, own)) continue;
+      if (!is_larger) continue;
+      const auto [min, max] = hierarchy.star_box(version.maker);
+      if (!may_hold(min, max) || !is_in(version.tet, own)) continue;
       for (std::size_t i = first; i < last; ++i)
         most[i] = std::max(most[i], own[i]);
     }
   };
-  look_at(tets, 0, count - 1);
-  look_at(ghosts, count - 1, count);
+  for (std::size_t b = 0; b < hierarchy.blocks().size(); ++b) {
+    const file::BlockInfo& block = hierarchy.blocks()[b];
+    if ((tets.of(b).empty() && ghosts.of(b).empty()) || !may_hold(block.box_min, block.box_max)) continue;
+    look_at(tets.of(b), 0, count - 1);
+    look_at(ghosts.of(b), count - 1, count);
+  }
   return most;
 }
 
@@ -85,22 +118,23 @@ bool names_parts(const ResolvedRequest& request) {
 void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const ResolvedRequest& request,
                        std::span<const MadeVersion> tets, std::span<const MadeVersion> ghosts, Extraction& result) {
   const Blocks unread = unread_blocks(hierarchy, cut);
+  const ByBlock tets_of(tets, hierarchy.blocks()), ghosts_of(ghosts, hierarchy.blocks());
   const auto state = [&](auto&& is_in, auto&& may_hold) {
-    return decoded(largest(hierarchy, tets, ghosts, unread, is_in, may_hold), hierarchy.header());
+    return decoded(largest(hierarchy, tets_of, ghosts_of, unread, is_in, may_hold), hierarchy.header());
   };
   for (const Region& region : request.focus)
     result.in_focus.push_back(
         state([&](const Tet& tet, const ErrorCode16*) { return meets(region, Corners(hierarchy, tet).points()); },
-              [&](const file::BlockInfo& block) { return meets(region, block.box_min, block.box_max); }));
+              [&](const Point& min, const Point& max) { return meets(region, min, max); }));
   for (const Interval& interval : request.values)
     result.at_values.push_back(
         state([&](const Tet& tet, const ErrorCode16* own) { return may_take(interval, hierarchy, tet, own); },
-              [](const file::BlockInfo&) { return true; }));
+              [](const Point&, const Point&) { return true; }));
   if (request.camera) {
     const Camera& camera = *request.camera;
     result.in_view =
         state([&](const Tet& tet, const ErrorCode16*) { return camera.meets(Corners(hierarchy, tet).points()); },
-              [&](const file::BlockInfo& block) { return camera.meets(box_corners(block.box_min, block.box_max)); });
+              [&](const Point& min, const Point& max) { return camera.meets(box_corners(min, max)); });
     result.pixels_in_view = largest_in_pixels(hierarchy, ghosts, unread, camera);
   }
 }

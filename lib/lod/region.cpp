@@ -25,15 +25,20 @@ double length(const Point& a) {
   return squared > 1e-200 && squared < 1e200 ? std::sqrt(squared) : std::hypot(a[0], a[1], a[2]);
 }
 
-/// How far something reaches along an axis, and a bound on the numbers that went into it.
+/// How far something reaches along an axis, and for each end a bound on the numbers that went into it: a box may be
+/// far larger than the mesh, and what matters still be its near side.
 struct Extent {
-  double low, high, magnitude;
+  double low, high, low_magnitude, high_magnitude;
 };
 Extent extent(const Box& box, const Point& axis) {
-  Extent e{0, 0, magnitude(axis, box.min) + magnitude(axis, box.max)};
+  Extent e{0, 0, 0, 0};
   for (std::size_t i = 0; i < 3; ++i) {
-    e.low += axis[i] * (axis[i] > 0 ? box.min[i] : box.max[i]);
-    e.high += axis[i] * (axis[i] > 0 ? box.max[i] : box.min[i]);
+    const double low = axis[i] * (axis[i] > 0 ? box.min[i] : box.max[i]);
+    const double high = axis[i] * (axis[i] > 0 ? box.max[i] : box.min[i]);
+    e.low += low;
+    e.high += high;
+    e.low_magnitude += std::fabs(low);
+    e.high_magnitude += std::fabs(high);
   }
   return e;
 }
@@ -44,27 +49,30 @@ Extent extent(const OrientedBox& box, const Point& axis) {
     reach += std::fabs(dot(axis, half));
     most += magnitude(axis, half);
   }
-  return {middle - reach, middle + reach, most};
+  return {middle - reach, middle + reach, most, most};
 }
 Extent extent(const Sphere& sphere, const Point& axis) {
   const double middle = dot(axis, sphere.centre);
   const double reach = sphere.radius * norm(axis);
-  return {middle - reach, middle + reach, magnitude(axis, sphere.centre) + reach};
+  const double most = magnitude(axis, sphere.centre) + reach;
+  return {middle - reach, middle + reach, most, most};
 }
 Extent extent(std::span<const Point> corners, const Point& axis) {
-  Extent e{INFINITY, -INFINITY, 0};
+  Extent e{INFINITY, -INFINITY, 0, 0};
   for (const Point& p : corners) {
     const double at = dot(axis, p);
     e.low = std::min(e.low, at);
     e.high = std::max(e.high, at);
-    e.magnitude = std::max(e.magnitude, magnitude(axis, p));
+    e.low_magnitude = std::max(e.low_magnitude, magnitude(axis, p));
   }
+  e.high_magnitude = e.low_magnitude;
   return e;
 }
 
 // Any axis that separates is proof, however inaccurately the axis itself was found; one of length zero never does.
 double gap(const Extent& a, const Extent& b) {
-  return std::max(a.low - b.high, b.low - a.high) - kSlack * std::max(a.magnitude, b.magnitude);
+  return std::max(a.low - b.high - kSlack * std::max(a.low_magnitude, b.high_magnitude),
+                  b.low - a.high - kSlack * std::max(b.low_magnitude, a.high_magnitude));
 }
 
 // ---- the axes along which a shape and a polytope can be apart; `f` returns true to see no more of them ----
@@ -185,7 +193,7 @@ double lower_bound(const Shape& shape, std::span<const Point> corners) {
 /// How far the least of the corners is out of the half-space, times the length of its normal; not above the truth.
 double height(const HalfSpace& half_space, std::span<const Point> corners) {
   const Extent e = extent(corners, half_space.normal);
-  return e.low - half_space.offset - kSlack * std::max(e.magnitude, std::fabs(half_space.offset));
+  return e.low - half_space.offset - kSlack * std::max(e.low_magnitude, std::fabs(half_space.offset));
 }
 bool are_apart(const HalfSpace& half_space, std::span<const Point> corners) {
   return height(half_space, corners) > 0;
@@ -226,7 +234,7 @@ double box_distance(const OrientedBox& region, const Box& box) {
 }
 double box_distance(const HalfSpace& half_space, const Box& box) {
   const Extent e = extent(box, half_space.normal);
-  const double above = e.low - half_space.offset - kSlack * std::max(e.magnitude, std::fabs(half_space.offset));
+  const double above = e.low - half_space.offset - kSlack * std::max(e.low_magnitude, std::fabs(half_space.offset));
   return std::max(0.0, above) / norm(half_space.normal) * (1 - kSlack);
 }
 

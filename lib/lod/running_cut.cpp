@@ -11,6 +11,10 @@ RunningCut::RunningCut(Hierarchy& hierarchy)
       flags_(hierarchy.header().record_count, 0), promised_uses_(hierarchy.header().record_count, 0),
       candidates_(kMaxOrderCode + std::size_t{1}) {}
 
+RunningCut::~RunningCut() {
+  hierarchy_.loader().forget_asker(this);
+}
+
 BlockDemand RunningCut::promised_of(const file::BlockInfo& block) const {
   return counts_wishes() ? request_.demand.of_block(block) : request_.demand.promised.of_block(block);
 }
@@ -65,7 +69,7 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
 
 // What is counted stays that of an earlier request, for the next one that can be counted.
 std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
-  Cut found = find_cut(hierarchy_, request_, {});
+  Cut found = find_cut_for(this, until_, hierarchy_, request_);
   std::shared_lock lock = hierarchy_.lock();
   for (std::uint32_t r = 0; r < flags_.size(); ++r)
     if (contains(r) != (found.applied[r] != 0)) touch(r);
@@ -74,6 +78,7 @@ std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
   is_found_whole_ = std::count(found_.missing.begin(), found_.missing.end(), 1) == 0;
   read_ = found_.read;
   missing_ = found_.missing;
+  is_out_of_time_ = found_.is_out_of_time;
   stopped_by_budget_ = found_.limited_by == LimitedBy::kBudget;
   return lock;
 }
@@ -84,9 +89,9 @@ void RunningCut::read_closed(BlockSet& set) {
   if (is_out_of_time_)
     hierarchy_.loader().keep_loaded(set);
   else if (until_)
-    is_out_of_time_ = !hierarchy_.loader().load(set, *until_);
+    is_out_of_time_ = !hierarchy_.loader().load(set, *until_, nullptr, this);
   else
-    hierarchy_.load(set);
+    hierarchy_.load(set, this);
   for (std::size_t b = 0; b < set.size(); ++b)
     if (set[b] != asked_for_[b]) missing_[b] = 1;
 }

@@ -21,12 +21,14 @@ class RunningCut {
 public:
   /// Of the base mesh. `hierarchy` must outlive it.
   explicit RunningCut(Hierarchy& hierarchy);
+  ~RunningCut();
+  RunningCut(const RunningCut&) = delete;
+  RunningCut& operator=(const RunningCut&) = delete;
 
   /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what
   /// the cut needs is in memory while it is. Blocks that cannot be had are left out, see Cut. Throws what
   /// Hierarchy::load throws; the cut is then that of some request between.
-  /// `until`: blocks that could not be read by then are left out, too, see is_out_of_time() and Loader::load; but not
-  /// where the cut is found anew.
+  /// `until`: blocks that could not be read by then are left out, too, see is_out_of_time() and Loader::load.
   [[nodiscard]] std::shared_lock<std::shared_mutex>
   set(const ResolvedRequest& request, const std::optional<std::chrono::steady_clock::time_point>& until = std::nullopt);
 

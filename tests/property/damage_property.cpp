@@ -247,6 +247,33 @@ TEST_CASE("a block that turns out wrong under a session makes it start over") {
   CHECK(damaged_files > 4);
 }
 
+TEST_CASE("a session without time goes on to what can be read, and tells what cannot") {
+  const LoadingSample& s = sample();
+  const std::set<std::uint32_t> bad{static_cast<std::uint32_t>(s.blocks.size() / 2)};
+  const auto source = std::make_shared<FailingSource>(s.bytes, [&](std::uint64_t offset, std::uint64_t count) {
+    return std::any_of(bad.begin(), bad.end(), [&](std::uint32_t b) {
+      return offset <= s.blocks[b].offset && s.blocks[b].offset - offset < count;
+    });
+  });
+  const auto dataset = Dataset::open(source);
+  Session session(dataset);
+  Request request;
+  request.max_milliseconds = 0;
+  for (std::size_t round = 0; round < 100 * s.blocks.size(); ++round)
+    if (session.update(request).limited_by != LimitedBy::kTime) break;
+  const SessionUpdate& update = session.update(request);
+  CHECK_FALSE(update.complete);
+  CHECK(update.limited_by == LimitedBy::kUnreadable);
+  CHECK(update.failures.size() == bad.size());
+  const Extraction there = session.extraction();
+  check_answer_without(0, there, left_without(bad));
+  CHECK(there.mesh.tets == dataset->extract({}).mesh.tets);
+  source->set({});
+  for (std::size_t round = 0; round < 100 * s.blocks.size(); ++round)
+    if (session.update(request).complete) break;
+  CHECK(difference(session, session.update(request), s.answers[0]) == "");
+}
+
 TEST_CASE("a session with little time over a source that fails asks for a block once a call") {
   const LoadingSample& s = sample();
   const std::uint64_t bad = s.blocks[1].offset;

@@ -3,6 +3,8 @@
 // point in the meshes alone.
 #include "formats/ptet/reader.hpp"
 #include "formats/ptet/writer.hpp"
+#include "lod/camera.hpp"
+#include "lod/region.hpp"
 #include "ptet/dataset.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
@@ -532,6 +534,43 @@ TEST_CASE("demand: budgets of all kinds hold on top of it, and answers stay mesh
       }
       if (applied != all) CHECK(cut.limited_by == LimitedBy::kBudget);
     }
+  }
+}
+
+TEST_CASE("demand: the errors stated of a part are those of what meets it, among all tets") {
+  for (const Opened& file : samples()) {
+    const auto dataset = file.open();
+    Random random(dataset->info(), 95);
+    std::size_t looked_at = 0;
+    for (int i = 0; i < 60; ++i) {
+      Request request;
+      request.origins = true; // so that all that made a tet is known
+      request.field_error = {{"", {random.small(), true}}};
+      for (int k = 0; k < 3; ++k)
+        request.focus.push_back({random.region(), {0.3 * random.uniform(), true}});
+      request.view = random.view();
+      const Extraction cut = dataset->extract(request);
+      const Camera camera(*request.view);
+      std::vector<double> error(cut.made_by.size()), in_part(request.focus.size() + 1, 0);
+      dataset->origin_values(cut.made_by, OriginValue::kFieldError, 0, error);
+      for (std::size_t t = 0; t < error.size(); ++t) {
+        std::vector<Point> corners;
+        for (const VertexId v : cut.mesh.tets[t])
+          corners.push_back({cut.mesh.positions.value(v.index(), 0), cut.mesh.positions.value(v.index(), 1),
+                             cut.mesh.positions.value(v.index(), 2)});
+        for (std::size_t k = 0; k < request.focus.size(); ++k)
+          if (meets(request.focus[k].region, corners)) in_part[k] = std::max(in_part[k], error[t]);
+        if (camera.meets(corners)) in_part.back() = std::max(in_part.back(), error[t]);
+      }
+      REQUIRE(cut.in_focus.size() == request.focus.size());
+      for (std::size_t k = 0; k < request.focus.size(); ++k)
+        if (!std::holds_alternative<HalfSpace>(request.focus[k].region)) // of another length in the library
+          CHECK(cut.in_focus[k].field_error[0] == in_part[k]);
+      REQUIRE(cut.in_view);
+      CHECK(cut.in_view->field_error[0] == in_part.back());
+      looked_at += std::count_if(in_part.begin(), in_part.end(), [](double e) { return e > 0; });
+    }
+    CHECK(looked_at > 60);
   }
 }
 

@@ -124,6 +124,40 @@ TEST_CASE("a session follows while a thread loads") {
   }
 }
 
+// A view that moves over a slow source: only where it is now counts.
+TEST_CASE("what a session asked a thread for before is read no more") {
+  const LoadingSample& s = sample();
+  const std::size_t last = 1;
+  const std::uint64_t needed = Dataset::open_memory(s.bytes)->extract(s.requests[last]).bytes_read;
+  REQUIRE(needed < s.bytes.size() / 2);
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  OpenOptions options;
+  options.background = true;
+  const auto dataset = Dataset::open(source, options);
+  std::atomic<bool> is_reading{false}, may_go_on{false};
+  source->set([&](std::uint64_t, std::uint64_t) {
+    is_reading = true;
+    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return false;
+  });
+  Session session(dataset);
+  session.update(s.requests[last]);
+  while (!is_reading)
+    std::this_thread::yield();
+  session.update(s.requests[0]); // the original
+  session.update(s.requests[2]);
+  {
+    Session gone(dataset);
+    gone.update(s.requests[0]);
+  }
+  session.update(s.requests[last]);
+  may_go_on = true;
+  dataset->wait_until_loaded();
+  CHECK(dataset->bytes_read() == needed);
+  CHECK(difference(session, session.update(s.requests[last]), s.answers[last]) == "");
+}
+
 TEST_CASE("a session reads as much as there is time for, and gets there") {
   const LoadingSample& s = sample();
   for (const int delay_ms : {0, 15}) {
@@ -159,6 +193,63 @@ TEST_CASE("a session reads as much as there is time for, and gets there") {
       CHECK(source->reads() == reads);
     }
     CHECK(stopped >= s.blocks.size() / 3);
+  }
+}
+
+// Where a budget goes with a view the cut is found anew each time.
+TEST_CASE("a session with a view and a budget reads as much as there is time for, too") {
+  const LoadingSample& s = sample();
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  const auto dataset = Dataset::open(source);
+  Request request;
+  request.view = View{dataset->info().box_max, {-1, -1, -1}};
+  request.view->max_pixels = 0;
+  request.max_tets = dataset->info().tets / 2;
+  const Extraction answer = Dataset::open_memory(s.bytes)->extract(request);
+  REQUIRE(answer.limited_by == LimitedBy::kBudget);
+  request.max_milliseconds = 0;
+  Session session(dataset);
+  std::size_t stopped = 0;
+  for (int round = 0; round < 1000; ++round) {
+    const std::uint64_t reads = source->reads();
+    const SessionUpdate& update = session.update(request);
+    CHECK(source->reads() - reads <= 2); // the last of the blocks that seemed enough, and the first of those after them
+    if (update.complete) break;
+    CHECK(update.limited_by == LimitedBy::kTime);
+    CHECK(update.failures.empty());
+    if (source->reads() > reads && ++stopped % 8 == 1) check_sound(session.extraction());
+  }
+  CHECK(stopped >= s.blocks.size() / 4);
+  CHECK(difference(session, session.update(request), answer) == "");
+}
+
+TEST_CASE("an extraction with time enough reads many blocks at once, one with little no more than there is time for") {
+  const LoadingSample& s = sample();
+  for (const std::size_t i : {std::size_t{0}, std::size_t{3}}) {
+    INFO("request " << i);
+    Request request = s.requests[i];
+    const Extraction whole = Dataset::open_memory(s.bytes)->extract(request);
+    request.max_milliseconds = 1e7;
+    const Extraction timed = Dataset::open_memory(s.bytes)->extract(request);
+    CHECK(timed.bytes_read == whole.bytes_read);
+    CHECK(timed.read_requests < whole.read_requests + s.blocks.size() / 3);
+
+    const auto source = std::make_shared<FailingSource>(s.bytes);
+    const auto slow = Dataset::open(source);
+    const std::uint64_t opening = slow->bytes_read();
+    std::uint64_t longest = 0;
+    for (const file::BlockInfo& block : s.blocks)
+      longest = std::max<std::uint64_t>(longest, block.stored_bytes);
+    source->set([](std::uint64_t, std::uint64_t) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      return false;
+    });
+    request.max_milliseconds = 20;
+    const Extraction answer = slow->extract(request);
+    CHECK(answer.limited_by == LimitedBy::kTime);
+    CHECK(answer.bytes_read > opening);
+    CHECK(answer.bytes_read - opening <= longest);
+    check_sound(answer);
   }
 }
 

@@ -202,6 +202,22 @@ TEST_CASE("dataset: wishes that meet nothing are known by their places") {
   CHECK(unmet_wishes({}, mesh()).values.empty());
 }
 
+TEST_CASE("dataset: a focus box may reach as far as numbers go") {
+  const DatasetInfo& info = dataset()->info();
+  const double far = std::numeric_limits<double>::max();
+  for (const double side : {info.diagonal, 1e30, far}) {
+    Request request;
+    const double middle = (info.box_min[0] + info.box_max[0]) / 2;
+    request.focus = {{Box{{-side, -side, -side}, {middle, side, side}}}};
+    const Extraction cut = dataset()->extract(request);
+    request.focus = {{HalfSpace{{1, 0, 0}, middle}}};
+    CHECK(cut.mesh.tets == dataset()->extract(request).mesh.tets);
+    CHECK(cut.mesh.tets.size() < info.tets);
+    CHECK(cut.in_focus[0].field_error[0] == 0);
+    CHECK(cut.limited_by == LimitedBy::kFocus);
+  }
+}
+
 TEST_CASE("dataset: a single tet, and a vertex that no tet uses") {
   TetMesh one = test::single_tet();
   const auto opened = Dataset::open_memory(file::encode(one, test::simplify_naively(one), {}));

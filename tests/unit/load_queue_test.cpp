@@ -26,10 +26,10 @@ public:
           return --left_[block] > 0;
         }) {}
 
-  void ask(char name) {
+  void ask(char name, const void* asker = nullptr) {
     BlockSet set(left_.size(), 0);
     set[static_cast<std::size_t>(name - 'a')] = 1;
-    queue_.ask_for(set);
+    queue_.ask_for(set, asker);
   }
   void wait_for_begin() {
     std::unique_lock guard(mutex_);
@@ -80,6 +80,36 @@ TEST_CASE("load queue: what is asked again is the latest, and done once") {
   served.ask('a');
   served.let_go_on();
   CHECK(served.order() == "aabbcc");
+}
+
+TEST_CASE("load queue: who asks for something else takes back what nobody else asked for") {
+  const int one = 0, other = 0;
+  Served served(2);
+  served.ask('a', &one);
+  served.wait_for_begin();
+  served.ask('b', &one); // and no more of a than the part that has begun
+  served.ask('c', &one);
+  served.ask('d', &other);
+  served.ask('c', &other);
+  served.ask('e', &one); // c is still the other's
+  served.ask('f');
+  served.ask('f', &one);
+  served.ask('g', &one); // f may not be taken back
+  served.let_go_on();
+  CHECK(served.order() == "aggffcc");
+}
+
+TEST_CASE("load queue: what is asked for by one that goes is not loaded") {
+  const int one = 0, other = 0;
+  Served served(2);
+  served.ask('a', &one);
+  served.wait_for_begin();
+  served.ask('b', &other);
+  served.queue().forget_asker(&one);
+  served.let_go_on();
+  CHECK(served.order() == "abb");
+  served.ask('c', &one);
+  CHECK(served.order() == "abbcc");
 }
 
 TEST_CASE("load queue: what serving throws is told to who waits, and the rest is done") {
