@@ -484,6 +484,17 @@ class Reports(Case):
         self.built_grid(9)  # .57 x 1000 is below 570 in doubles
         self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "57%")["asked"]["vertices"], 570)
 
+    def test_pipes_are_refused_at_once(self):
+        self.built_grid(3)
+        os.mkfifo(self.folder / "pipe")
+        for command in ["build", "info", "extract", "verify", "dump"]:
+            with self.subTest(command):
+                self.refused(6, command, "pipe", says="it is not a regular file")
+        for one, other in [("pipe", "grid.vtu"), ("grid.vtu", "pipe")]:
+            self.refused(6, "measure", one, other, says="it is not a regular file")
+        self.refused(6, "build", "grid.vtu", "-o", "/dev/stdout",
+                     says="cannot write '/dev/stdout': it is not a regular file")
+
     def test_outputs(self):
         self.built_grid(6)
         for ending in ["vtu", "vtk", "obj", "ply", "stl", "off"]:
