@@ -16,12 +16,14 @@ namespace {
 
 class FileSource final : public ByteSource {
 public:
-  explicit FileSource(const std::string& path) : path_(path), handle_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  // Without O_NONBLOCK a pipe that nobody writes to is waited for, for ever; of a regular file it changes nothing.
+  explicit FileSource(const std::string& path)
+      : path_(path), handle_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
     if (handle_ < 0) fail("cannot open", errno);
     struct stat status {};
     if (::fstat(handle_, &status) != 0) close_and_fail("cannot open", errno);
     if (S_ISDIR(status.st_mode)) close_and_fail("cannot open", EISDIR);
-    if (!S_ISREG(status.st_mode)) close_and_fail("cannot read other than a regular file:", EINVAL);
+    if (!S_ISREG(status.st_mode)) close_and_fail("cannot open", "it is not a regular file");
     size_ = static_cast<std::uint64_t>(status.st_size);
   }
   ~FileSource() override { ::close(handle_); }
@@ -41,10 +43,12 @@ public:
   }
 
 private:
-  [[noreturn]] void fail(const std::string& what, int reason) const {
-    throw Error(ErrorCode::kIo, what + " " + path_ + ": " + std::strerror(reason));
+  [[noreturn]] void fail(const std::string& what, int reason) const { fail(what, std::strerror(reason)); }
+  [[noreturn]] void fail(const std::string& what, const char* reason) const {
+    throw Error(ErrorCode::kIo, what + " " + path_ + ": " + reason);
   }
-  [[noreturn]] void close_and_fail(const std::string& what, int reason) const {
+  template <class Reason>
+  [[noreturn]] void close_and_fail(const std::string& what, Reason reason) const {
     ::close(handle_);
     fail(what, reason);
   }

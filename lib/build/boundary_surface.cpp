@@ -3,6 +3,7 @@
 #include "build/collapse_geometry.hpp"
 #include "build/face_index.hpp"
 #include "error/closest_point.hpp"
+#include "mesh/face_plane.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
 
@@ -342,10 +343,13 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
       if (faces_meet_improperly(ids(made[i]), ids(made[j]), m.positions)) return true;
     const BoundingBox box =
         box_of(std::array{m.positions[made[i][0]], m.positions[made[i][1]], m.positions[made[i][2]]});
-    for (const SlotId s : w.hits_)
-      if (m.index.box(s).meets(box) &&
-          faces_meet_improperly(ids(made[i]), ids(face_of(complex.slot(s), complex.dummy())), m.positions))
+    const FacePlane plane(ids(made[i]), m.positions);
+    for (const SlotId s : w.hits_) {
+      if (!m.index.box(s).meets(box)) continue;
+      const Face other = ids(face_of(complex.slot(s), complex.dummy()));
+      if (!plane.surely_misses(other, m.positions) && faces_meet_improperly(ids(made[i]), other, m.positions))
         return true;
+    }
   }
   return false;
 }

@@ -1,6 +1,7 @@
 #include "build/cut_conflicts.hpp"
 
 #include "mesh/box_tree.hpp"
+#include "mesh/face_plane.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -26,6 +27,13 @@ constexpr std::size_t kShortClimb = 64;
 struct MadeFace {
   Face face;
   Record maker;
+};
+
+/// A boundary face that a collapse consumed.
+struct FineFace {
+  BoundingBox box;
+  Face face;
+  FacePlane plane;
 };
 
 /// For each record others, in compressed rows.
@@ -159,7 +167,7 @@ private:
     std::vector<Record> queue;       ///< the records reached
     std::size_t next = 0;            ///< the first of them whose parents were not looked at
     std::vector<std::uint32_t> near; ///< places among the made faces
-    std::vector<std::pair<BoundingBox, Face>> fine;
+    std::vector<FineFace> fine;
   };
 
   /// Marks all that `from` needs up to record `last`.
@@ -182,12 +190,12 @@ private:
     s.fine.clear();
     for (const VersionId t : records_.consumed(r))
       if (Face face{}; face_of_ghost(records_.versions[t.index()], face))
-        s.fine.emplace_back(box_of_face(face, points_), face);
+        s.fine.push_back({box_of_face(face, points_), face, FacePlane(face, points_)});
     if (s.fine.empty()) return;
     BoundingBox all;
-    for (const auto& [box, face] : s.fine) {
-      all.add(box.low);
-      all.add(box.high);
+    for (const FineFace& mine : s.fine) {
+      all.add(mine.box.low);
+      all.add(mine.box.high);
     }
     s.near.clear();
     tree_->each_meeting(all, first_made_[r + 1], [&](std::uint32_t place) { s.near.push_back(place); });
@@ -199,8 +207,9 @@ private:
       const auto& [face, maker] = made_[place];
       if (!s.open.has(maker)) return true;
       const BoundingBox box = box_of_face(face, points_);
-      return std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face](const auto& mine) {
-        return mine.first.meets(box) && faces_meet_improperly(mine.second, face, points_);
+      return std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face](const FineFace& mine) {
+        return mine.box.meets(box) && !mine.plane.surely_misses(face, points_) &&
+               faces_meet_improperly(mine.face, face, points_);
       });
     });
     open_makers(s);

@@ -2,6 +2,7 @@
 
 #include "error/comparison_parts.hpp"
 #include "error/tet_overlap.hpp"
+#include "mesh/face_plane.hpp"
 
 #include <cmath>
 #include <limits>
@@ -284,13 +285,16 @@ std::uint64_t count_boundary_intersections(std::span<const Point> points, std::s
   std::transform(triangles.begin(), triangles.end(), boxes.begin(), [](const Triangle& t) { return box_of(t); });
   const BoxTree tree(boxes);
   std::vector<std::uint64_t> partial(block_count(faces.size()));
-  for_each_block(faces.size(), "checking the boundary", progress,
-                 [&](std::size_t block, std::size_t begin, std::size_t end) {
-                   for (std::size_t f = begin; f < end; ++f)
-                     tree.each_meeting(boxes[f], static_cast<std::uint32_t>(f) + 1, [&](std::uint32_t other) {
-                       if (faces_meet_improperly(faces[f], faces[other], points)) ++partial[block];
-                     });
-                 });
+  for_each_block(
+      faces.size(), "checking the boundary", progress, [&](std::size_t block, std::size_t begin, std::size_t end) {
+        for (std::size_t f = begin; f < end; ++f) {
+          const FacePlane plane(faces[f], points);
+          tree.each_meeting(boxes[f], static_cast<std::uint32_t>(f) + 1, [&](std::uint32_t other) {
+            if (!plane.surely_misses(faces[other], points) && faces_meet_improperly(faces[f], faces[other], points))
+              ++partial[block];
+          });
+        }
+      });
   return std::accumulate(partial.begin(), partial.end(), std::uint64_t{0});
 }
 

@@ -366,12 +366,13 @@ DistanceBounds TriangleSurface::farthest(const Triangle& triangle, double relati
 
 DistanceBounds one_sided_hausdorff(std::span<const Triangle> triangles, const TriangleSurface& surface, double relative,
                                    double floor, const ProgressCallback& progress) {
-  constexpr std::size_t kBatch = 1 << 14;
+  constexpr std::size_t kBatch = 1 << 10;
   constexpr std::size_t kGrain = 64;
   DistanceBounds whole;
   std::vector<DistanceBounds> found;
   // What lies within the bound that earlier batches reached needs no look; batches are the same on any number of
-  // threads, and spread over the surface so that the first one already finds much.
+  // threads, and spread over the surface so that the first one already finds much. It alone looks at all it has, which
+  // is long where two sheets are equally near: so batches are small.
   const std::size_t batches = (triangles.size() + kBatch - 1) / kBatch;
   for (std::size_t batch = 0; batch < batches; ++batch) {
     if (progress && !progress({"measuring distances", batch * kBatch, triangles.size()}))

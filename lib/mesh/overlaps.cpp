@@ -1,8 +1,10 @@
 #include "mesh/overlaps.hpp"
 
 #include "mesh/box_tree.hpp"
+#include "mesh/face_plane.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace ptet {
@@ -30,10 +32,45 @@ std::optional<int> passing(const Point& p, const Point& q, const Corners& t) {
   return to;
 }
 
+/// Whether corners surely lie on both sides of the plane: what crosses the inside of its face has such.
+bool surely_straddle(const Corners& corners, const FacePlane& plane) {
+  bool before = false, behind = false;
+  for (const Point& p : corners) {
+    const int side = plane.sure_side(p);
+    before |= side > 0;
+    behind |= side < 0;
+  }
+  return before && behind;
+}
+
+/// Which way round p the points a and b follow one another, seen from the positive end of the axis; 0 when that is too
+/// close to tell. Source of the bound: Shewchuk's orient2d, stage A, as in mesh/predicates.hpp.
+int sure_turn(const Point& p, const Point& a, const Point& b, std::size_t axis) {
+  const std::size_t x = (axis + 1) % 3, y = (axis + 2) % 3;
+  const double one = (a[x] - p[x]) * (b[y] - p[y]), other = (a[y] - p[y]) * (b[x] - p[x]);
+  const double bound = 0x1p-51 * (std::abs(one) + std::abs(other)) + 1e-300;
+  if (one - other > bound) return 1;
+  return one - other < -bound ? -1 : 0;
+}
+
+/// `passing` for the ray from p along the axis.
+std::optional<int> ray_passing(const Point& p, const Corners& t, std::size_t axis) {
+  const std::array<int, 3> turn = {sure_turn(p, t[0], t[1], axis), sure_turn(p, t[1], t[2], axis),
+                                   sure_turn(p, t[2], t[0], axis)};
+  const auto [least, greatest] = std::minmax({turn[0], turn[1], turn[2]});
+  if (least < 0 && greatest > 0) return 0;
+  if (t[0][axis] < p[axis] && t[1][axis] < p[axis] && t[2][axis] < p[axis]) return 0;
+  if (least != greatest || least == 0) return std::nullopt;
+  const int from = sure_orientation(t[0], t[1], t[2], p); // far out, the ray is on the side that the normal leans to
+  if (from == 0) return std::nullopt;
+  return from == least ? 0 : least;
+}
+
 class Finder {
 public:
   Finder(std::span<const Point> points, std::span<const Tet> tets, const BoundarySurface& boundary)
-      : points_(points), tets_(tets), boundary_(boundary), tree_(boxes_of(points, boundary.faces)) {}
+      : points_(points), tets_(tets), boundary_(boundary), tree_(boxes_of(points, boundary.faces)),
+        axis_(shortest_axis(tree_.nodes()[0].box)) {}
 
   [[nodiscard]] Overlaps run() const {
     Overlaps found;
@@ -59,6 +96,10 @@ private:
       boxes.push_back(box_of<3>({points[face[0].index()], points[face[1].index()], points[face[2].index()]}));
     return boxes;
   }
+  static std::size_t shortest_axis(const BoundingBox& box) {
+    const auto extent = [&](std::size_t axis) { return box.high[axis] - box.low[axis]; };
+    return std::min<std::size_t>({0, 1, 2}, [&](std::size_t a, std::size_t b) { return extent(a) < extent(b); });
+  }
   [[nodiscard]] Corners corners(std::uint32_t face) const {
     const Face& f = boundary_.faces[face];
     return {points_[f[0].index()], points_[f[1].index()], points_[f[2].index()]};
@@ -66,9 +107,12 @@ private:
 
   void find_crossing(std::uint32_t f, std::vector<std::array<std::uint32_t, 2>>& found) const {
     const Corners s = corners(f);
+    const FacePlane plane(boundary_.faces[f], points_);
     tree_.each_meeting(box_of(s), f + 1, [&](std::uint32_t other) {
       if (share_vertex(boundary_.faces[f], boundary_.faces[other])) return;
       const Corners t = corners(other);
+      // Most faces that only touch, as those of tets with points of their own do, end here.
+      if (!surely_straddle(t, plane) || !surely_straddle(s, FacePlane(boundary_.faces[other], points_))) return;
       bool cross = false;
       for (std::size_t i = 0; i < 3 && !cross; ++i)
         cross = passing(s[i], s[(i + 1) % 3], t).value_or(0) != 0 || passing(t[i], t[(i + 1) % 3], s).value_or(0) != 0;
@@ -100,18 +144,15 @@ private:
     return true;
   }
 
-  /// How often a ray along the first axis leaves the mesh, less how often it enters it.
+  /// How often a ray leaves the mesh, less how often it enters it.
   [[nodiscard]] std::optional<int> leaving(const Point& p) const {
-    const BoundingBox& box = tree_.nodes()[0].box;
-    Point end = p;
-    end[0] = box.high[0] + (box.high[0] - box.low[0]);
-    BoundingBox ray;
-    ray.add(p);
-    ray.add(end);
+    BoundingBox ray{p, p};
+    ray.high[axis_] = tree_.nodes()[0].box.high[axis_];
     int count = 0;
     bool sure = true;
     tree_.each_meeting(ray, [&](std::uint32_t face) {
-      const std::optional<int> passed = passing(p, end, corners(face));
+      if (!sure) return;
+      const std::optional<int> passed = ray_passing(p, corners(face), axis_);
       sure = sure && passed.has_value();
       count += passed.value_or(0);
     });
@@ -122,6 +163,7 @@ private:
   std::span<const Tet> tets_;
   const BoundarySurface& boundary_;
   BoxTree tree_;
+  std::size_t axis_; ///< of the rays: along it the mesh is shortest, and the fewest faces lie in a row
 };
 
 } // namespace

@@ -145,6 +145,8 @@ int detail::exact_orientation(const Point& a, const Point& b, const Point& c, co
 }
 
 bool triangles_cross(const std::array<Point, 3>& s, const std::array<Point, 3>& t) {
+  for (const Point& p : s) // as unwelded neighbours do, in great numbers
+    if (p == t[0] || p == t[1] || p == t[2]) return true;
   if (surely_apart(s, t)) return false;
   const auto separates = [](const std::array<Point, 3>& plane, const std::array<Point, 3>& other) {
     const int first = orientation(plane[0], plane[1], plane[2], other[0]);

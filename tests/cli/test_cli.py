@@ -484,6 +484,29 @@ class Reports(Case):
         self.built_grid(9)  # .57 x 1000 is below 570 in doubles
         self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "57%")["asked"]["vertices"], 570)
 
+    def test_integers_alone_are_compared(self):
+        points, tets = meshes.grid(4)
+        values = {"count": ("Int32", [int(40 * x * y + 9 * z) for x, y, z in points])}
+        meshes.vtu(self.folder / "whole.vtu", points, tets, values)
+        self.ptet("build", "whole.vtu", "-q")  # without a floating-point array they govern
+        self.ptet("extract", "whole.ptet", "--vertices", "40%", "-o", "part.vtu")
+        stated = self.json("extract", "whole.ptet", "--vertices", "40%")["achieved"]["field_error"]["count"]
+        report = self.ptet("measure", "whole.vtu", "part.vtu").stdout
+        self.assertIn("field       count, range", report)
+        found = self.json("measure", "whole.vtu", "part.vtu")["inside"]["fields"]["count"]["max"]
+        self.assertTrue(0 < found <= stated, (found, stated))
+
+    def test_pipes_are_refused_at_once(self):
+        self.built_grid(3)
+        os.mkfifo(self.folder / "pipe")
+        for command in ["build", "info", "extract", "verify", "dump"]:
+            with self.subTest(command):
+                self.refused(6, command, "pipe", says="it is not a regular file")
+        for one, other in [("pipe", "grid.vtu"), ("grid.vtu", "pipe")]:
+            self.refused(6, "measure", one, other, says="it is not a regular file")
+        self.refused(6, "build", "grid.vtu", "-o", "/dev/stdout",
+                     says="cannot write '/dev/stdout': it is not a regular file")
+
     def test_outputs(self):
         self.built_grid(6)
         for ending in ["vtu", "vtk", "obj", "ply", "stl", "off"]:

@@ -1,4 +1,5 @@
 // Predicates against exact integer arithmetic, on input where plain floating point goes wrong.
+#include "mesh/face_plane.hpp"
 #include "mesh/predicates.hpp"
 
 #include <cmath>
@@ -217,4 +218,40 @@ TEST_CASE("degenerate faces that share a vertex", "[predicates]") {
   CHECK_FALSE(faces_meet_improperly(face(0, 1, 2), face(0, 2, 5), points)); // within an edge that they share
   CHECK(faces_meet_improperly(face(0, 1, 3), face(0, 2, 5), points));       // the segment passes through 0
   CHECK_FALSE(faces_meet_improperly(face(0, 6, 3), face(0, 2, 5), points)); // a segment away from it
+}
+
+TEST_CASE("what the plane of a face tells apart does not meet it", "[predicates]") {
+  std::mt19937 random(4);
+  std::array<int, 2> answers{};
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<Point> points;
+    for (int k = 0; k < 6; ++k)
+      points.push_back(scaled(five_grid_points(random, 3 + i % 3)[0], i % 2 == 0 ? 1 : 0x1p-500));
+    const std::uint32_t common = static_cast<std::uint32_t>(i) % 4; // the last so many vertices are the face's
+    const ptet::Face one = face(2, 0, 1), other = face(common > 0 ? 0 : 3, common > 1 ? 1 : 4, common > 2 ? 2 : 5);
+    const bool missed = ptet::FacePlane(one, points).surely_misses(other, points);
+    ++answers[missed];
+    if (missed && faces_meet_improperly(one, other, points)) FAIL("pair " << i);
+  }
+  CHECK(answers[0] > 500);
+  CHECK(answers[1] > 500);
+}
+
+TEST_CASE("the planes of a bipyramid's thin faces tell all their pairs apart", "[predicates]") {
+  constexpr std::uint32_t kCount = 200;
+  std::vector<Point> points = {{0, 0, 1}, {0, 0, -1}};
+  std::vector<ptet::Face> faces;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const double angle = 6.283185307179586 * i / kCount;
+    points.push_back({std::cos(angle), std::sin(angle), 0});
+    faces.push_back(face(0, 2 + i, 2 + (i + 1) % kCount));
+    faces.push_back(face(1, 2 + (i + 1) % kCount, 2 + i));
+  }
+  std::size_t left = 0;
+  for (const ptet::Face& one : faces) {
+    const ptet::FacePlane plane(one, points);
+    for (const ptet::Face& other : faces)
+      left += &one != &other && !plane.surely_misses(other, points);
+  }
+  CHECK(left == 0);
 }

@@ -183,6 +183,25 @@ TEST_CASE("parts that overlap, and those that touch", "[validate]") {
   const TetMesh common_wall = with(plain, 1, {48, 0, 0});
   CHECK(count(common_wall, "crossing-boundary-faces") == 0);
   CHECK(count(common_wall, "overlapping-tets") == 0);
+  // Rays go along the shortest axis, whichever that is.
+  const TetMesh flat = test::grid({{5, 4, 2}, {}, 2, 1});
+  const auto turned = [&](const TetMesh& one, std::size_t by) {
+    std::vector<Point> points;
+    std::vector<std::array<std::uint32_t, 4>> tets;
+    for (std::uint32_t v = 0; v < one.vertex_count(); ++v) {
+      const Point p = one.position(VertexId{v});
+      points.push_back({p[by % 3], p[(by + 1) % 3], p[(by + 2) % 3]});
+    }
+    for (const Tet& t : one.tets)
+      tets.push_back({t[0].index(), t[1].index(), t[2].index(), t[3].index()});
+    return make_mesh(points, tets, ScalarType::kFloat64);
+  };
+  const std::uint64_t of_flat = count(with(flat, 1, {0, 0, 0}), "overlapping-tets");
+  for (const std::size_t by : {0, 1, 2}) {
+    CHECK(count(with(turned(flat, by), 1, {0, 0, 0}), "overlapping-tets") == of_flat);
+    CHECK(count(with(turned(flat, by), 0.25, {18, 18, 18}), "overlapping-tets") > 54);
+    CHECK(validate(with(turned(flat, by), 1, {90, 3, 5})).findings.empty());
+  }
 }
 
 TEST_CASE("unused and coincident points", "[validate]") {

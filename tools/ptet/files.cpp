@@ -26,7 +26,10 @@ namespace fs = std::filesystem;
 
 bool is_ptet_file(const std::string& path) {
   std::error_code status;
-  if (fs::is_directory(path, status)) cannot("read", path, "it is a folder");
+  const fs::file_status found = fs::status(path, status);
+  if (fs::is_directory(found)) cannot("read", path, "it is a folder");
+  // Opening a pipe waits for who writes to it, for ever and deaf to Ctrl-C; and no reader here could read one.
+  if (fs::exists(found) && !fs::is_regular_file(found)) cannot("read", path, "it is not a regular file");
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   if (!file) cannot("read", path, std::strerror(errno));
@@ -45,10 +48,11 @@ std::uint64_t size_of_file(const std::string& path) {
 std::string checked_output(const std::string& option, const std::string& path, const std::string& input) {
   if (path.empty()) throw Error(ErrorCode::kBadArgument, option + ": the name is empty");
   std::error_code status;
-  const fs::path target = fs::is_symlink(path, status) ? fs::weakly_canonical(path, status) : fs::path(path);
-  const fs::file_status found = fs::status(target, status);
+  // Of the path, not the target: a link to a pipe (/dev/stdout) names none that could be looked up.
+  const fs::file_status found = fs::status(path, status);
   if (fs::is_directory(found)) cannot("write", path, "it is a folder");
   if (fs::exists(found) && !fs::is_regular_file(found)) cannot("write", path, "it is not a regular file");
+  const fs::path target = fs::is_symlink(path, status) ? fs::weakly_canonical(path, status) : fs::path(path);
   if (fs::equivalent(target, input, status)) {
     throw Error(ErrorCode::kBadArgument,
                 option + " '" + path + "': this is the input file; give the output another name");

@@ -179,7 +179,8 @@ std::pair<std::string, std::string> names_in(const std::string& text, const Comp
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/// The fields asked for, or every floating-point one that both meshes have; what is left out gets a note.
+/// The fields asked for, or every floating-point one that both meshes have (every one when the original has no such),
+/// as build chooses those that govern; what is left out gets a note.
 std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, const ComparedMesh& original,
                                          const ComparedMesh& simplified, std::vector<std::string>& notes) {
   std::vector<ComparedField> fields;
@@ -203,9 +204,11 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
     fields.push_back({name, other, a.components, range_of(original, a)});
   }
   if (!names.empty()) return fields;
-  for (const PointArray& a : original.mesh.point_arrays) {
+  const std::vector<PointArray>& arrays = original.mesh.point_arrays;
+  const bool only_integers = std::none_of(arrays.begin(), arrays.end(), is_floating);
+  for (const PointArray& a : arrays) {
     const PointArray* const b = simplified.mesh.find(a.name);
-    if (b == nullptr || !is_floating(a) || !is_floating(*b)) continue;
+    if (b == nullptr || (!only_integers && (!is_floating(a) || !is_floating(*b)))) continue;
     const std::string why = why_not(a, *b);
     if (why.empty()) {
       fields.push_back({a.name, a.name, a.components, range_of(original, a)});
@@ -213,7 +216,9 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
       notes.push_back("field '" + a.name + "' is left out: it " + why);
     }
   }
-  if (fields.empty()) notes.emplace_back("the meshes have no floating-point field in common: none is compared");
+  if (fields.empty())
+    notes.emplace_back("the meshes have no " + std::string(only_integers ? "" : "floating-point ") +
+                       "field in common: none is compared");
   return fields;
 }
 
@@ -398,7 +403,7 @@ void add_measure(CLI::App& program) {
   command
       ->add_option("--field", arguments->fields,
                    "compare this point array; repeatable. NAME=OTHER when\nSIMPLIFIED calls it OTHER. Without it "
-                   "every\nfloating-point array that both have")
+                   "every\nfloating-point array that both have (every array\nwhen the original has none)")
       ->allow_extra_args(false)
       ->option_text("NAME[=OTHER]");
   command->add_flag("--exact", arguments->exact, "errors inside exact, by clipping (what it does anyway)");
