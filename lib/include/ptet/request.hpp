@@ -101,9 +101,9 @@ struct Request {
   /// the same. Session::update leaves what it has not done to the next update, and comes to the same mesh in the end:
   /// it reads blocks as they seem to fit the time, at least one unless another thread is reading, and splits and
   /// collapses 64 records between two looks at the clock, for half of the time where all of it went before. Not bounded
-  /// is what it takes to find the cut among the records in memory; nor is reading where memory is limited. With OpenOptions::background it never reads itself, but waits while
-  /// some dozen records are put in their places, and while tables are packed once all of the file is read, or made anew
-  /// where damage is met.
+  /// is what it takes to find the cut among the records in memory; nor is reading where memory is limited. With
+  /// OpenOptions::background it never reads itself, but waits while some dozen records are put in their places, and
+  /// while tables are packed once all of the file is read, or made anew where damage is met.
   std::optional<double> max_milliseconds;
 
   /// Each asks by itself; falloffs share the budgets with what else is asked outside.
