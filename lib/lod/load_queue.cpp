@@ -11,8 +11,12 @@ namespace ptet {
 LoadQueue::LoadQueue(Serve serve) : serve_(std::move(serve)), thread_([this] { work(); }) {}
 
 LoadQueue::~LoadQueue() {
+  finish();
+}
+
+void LoadQueue::finish() {
   stop();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void LoadQueue::stop() {

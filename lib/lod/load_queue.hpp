@@ -47,6 +47,8 @@ public:
 
   /// No more parts are to be served; for what serves one to look at.
   void stop();
+  /// The same, and waits for the part that is being served.
+  void finish();
   [[nodiscard]] bool is_stopped() const { return is_stopped_; }
 
 private:

@@ -29,7 +29,7 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
 }
 
 Loader::~Loader() {
-  if (queue_) queue_->stop();
+  if (queue_) queue_->finish(); // its thread looks at queue_ while it serves, so it must be there until then
 }
 
 // ---- locks ----

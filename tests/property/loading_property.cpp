@@ -124,6 +124,30 @@ TEST_CASE("a session follows while a thread loads") {
   }
 }
 
+TEST_CASE("a dataset that goes while its thread reads waits for one read, no more") {
+  const LoadingSample& s = sample();
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  OpenOptions options;
+  options.background = true;
+  auto dataset = Dataset::open(source, options);
+  std::atomic<bool> is_reading{false}, may_go_on{false};
+  source->set([&](std::uint64_t, std::uint64_t) {
+    is_reading = true;
+    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return true; // so that each block would be tried alone
+  });
+  const std::uint64_t before = source->reads();
+  (void)dataset->extract({});
+  while (!is_reading)
+    std::this_thread::yield();
+  std::thread other([&] { dataset.reset(); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100)); // it waits by now, most likely
+  may_go_on = true;
+  other.join();
+  CHECK(source->reads() - before <= 2);
+}
+
 // A view that moves over a slow source: only where it is now counts.
 TEST_CASE("what a session asked a thread for before is read no more") {
   const LoadingSample& s = sample();
