@@ -24,6 +24,25 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
+/// Holds up whoever reads from a source, for ten seconds at most.
+class Gate {
+public:
+  /// For the source's reader.
+  void pass() {
+    is_reading_ = true;
+    for (int ms = 0; ms < 10000 && !is_open_; ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  void wait_for_reader() const {
+    while (!is_reading_)
+      std::this_thread::yield();
+  }
+  void open() { is_open_ = true; }
+
+private:
+  std::atomic<bool> is_reading_{false}, is_open_{false};
+};
+
 } // namespace
 
 TEST_CASE("a thread loads while eight ask") {
@@ -130,20 +149,17 @@ TEST_CASE("a dataset that goes while its thread reads waits for one read, no mor
   OpenOptions options;
   options.background = true;
   auto dataset = Dataset::open(source, options);
-  std::atomic<bool> is_reading{false}, may_go_on{false};
+  Gate gate;
   source->set([&](std::uint64_t, std::uint64_t) {
-    is_reading = true;
-    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    gate.pass();
     return true; // so that each block would be tried alone
   });
   const std::uint64_t before = source->reads();
   (void)dataset->extract({});
-  while (!is_reading)
-    std::this_thread::yield();
+  gate.wait_for_reader();
   std::thread other([&] { dataset.reset(); });
   std::this_thread::sleep_for(std::chrono::milliseconds(100)); // it waits by now, most likely
-  may_go_on = true;
+  gate.open();
   other.join();
   CHECK(source->reads() - before <= 2);
 }
@@ -158,17 +174,14 @@ TEST_CASE("what a session asked a thread for before is read no more") {
   OpenOptions options;
   options.background = true;
   const auto dataset = Dataset::open(source, options);
-  std::atomic<bool> is_reading{false}, may_go_on{false};
+  Gate gate;
   source->set([&](std::uint64_t, std::uint64_t) {
-    is_reading = true;
-    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    gate.pass();
     return false;
   });
   Session session(dataset);
   session.update(s.requests[last]);
-  while (!is_reading)
-    std::this_thread::yield();
+  gate.wait_for_reader();
   session.update(s.requests[0]); // the original
   session.update(s.requests[2]);
   {
@@ -176,7 +189,7 @@ TEST_CASE("what a session asked a thread for before is read no more") {
     gone.update(s.requests[0]);
   }
   session.update(s.requests[last]);
-  may_go_on = true;
+  gate.open();
   dataset->wait_until_loaded();
   CHECK(dataset->bytes_read() == needed);
   CHECK(difference(session, session.update(s.requests[last]), s.answers[last]) == "");
@@ -282,11 +295,9 @@ TEST_CASE("who has little time does not wait for a thread that reads") {
   const auto source = std::make_shared<FailingSource>(s.bytes);
   const auto dataset = Dataset::open(source);
   Session session(dataset);
-  std::atomic<bool> is_reading{false}, may_go_on{false};
+  Gate gate;
   source->set([&](std::uint64_t, std::uint64_t) {
-    is_reading = true;
-    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    gate.pass();
     return false;
   });
   std::atomic<bool> is_read{false};
@@ -294,8 +305,7 @@ TEST_CASE("who has little time does not wait for a thread that reads") {
     (void)dataset->extract({});
     is_read = true;
   });
-  while (!is_reading)
-    std::this_thread::yield();
+  gate.wait_for_reader();
   Request request = s.requests[3];
   request.max_milliseconds = 20;
   const SessionUpdate& update = session.update(request);
@@ -307,7 +317,7 @@ TEST_CASE("who has little time does not wait for a thread that reads") {
   CHECK(extraction.limited_by == LimitedBy::kTime);
   CHECK(extraction.failures.empty());
   CHECK(extraction.mesh.tets.size() == dataset->info().base_tets);
-  may_go_on = true;
+  gate.open();
   reader.join();
   for (int round = 0; round < 100 && !session.update(request).complete; ++round) {
   }
@@ -319,9 +329,7 @@ TEST_CASE("an extraction is cancelled while it reads and while it waits for anot
   const auto source = std::make_shared<FailingSource>(s.bytes);
   const auto dataset = Dataset::open(source);
   const std::uint64_t opened = source->reads();
-  std::atomic<bool> is_reading{false}, may_go_on{false};
   source->set([&](std::uint64_t offset, std::uint64_t count) {
-    is_reading = true;
     std::this_thread::sleep_for(std::chrono::milliseconds(6));
     // No more than one block at a time.
     return std::any_of(s.blocks.begin(), s.blocks.end(), [&](const file::BlockInfo& block) {
@@ -342,20 +350,17 @@ TEST_CASE("an extraction is cancelled while it reads and while it waits for anot
   CHECK(is_cancelled());
   CHECK(source->reads() - opened <= 4);
 
+  Gate gate;
   source->set([&](std::uint64_t, std::uint64_t) {
-    is_reading = true;
-    for (int ms = 0; ms < 10000 && !may_go_on; ++ms)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    gate.pass();
     return false;
   });
-  is_reading = false;
   std::thread reader([&] { (void)dataset->extract({}); });
-  while (!is_reading)
-    std::this_thread::yield();
+  gate.wait_for_reader();
   const std::uint64_t reads = source->reads();
   CHECK(is_cancelled());
   CHECK(source->reads() == reads);
-  may_go_on = true;
+  gate.open();
   reader.join();
   source->set({});
   CHECK(same_mesh(dataset->extract({}), s.answers[0]));
