@@ -41,6 +41,7 @@ std::vector<std::uint32_t> BlockLosses::failed() const {
   }
   std::sort(by_time.begin(), by_time.end());
   std::vector<std::uint32_t> blocks;
+  blocks.reserve(by_time.size());
   for (const auto& [when, block] : by_time)
     blocks.push_back(block);
   return blocks;
