@@ -90,7 +90,13 @@ public:
 
 private:
   void enter(const char* stage) {
-    if (progress_ && !progress_({stage, stages_++, 5})) throw Error(ErrorCode::kCancelled, "cancelled");
+    stage_ = stage;
+    look();
+    ++stages_;
+  }
+  /// Asks whether to go on with the stage.
+  void look() const {
+    if (progress_ && !progress_({stage_, stages_, 5})) throw Error(ErrorCode::kCancelled, "cancelled");
   }
 
   void report(const Tally& tally, const char* code, Severity severity, const std::string& one, const std::string& many,
@@ -328,7 +334,7 @@ private:
   /// Where tets lie in tets of other parts: looked for along the boundary, where there is one that tells inside.
   void check_overlaps() {
     if (!out_.folded.empty() || !out_.faces.crowded.empty() || !out_.faces.duplicates.empty()) return;
-    const Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary);
+    const Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, [this] { look(); });
     const char* const then = "parts of the mesh overlap, and errors there are those of each part by itself";
     Tally crossing, within;
     for (const auto& pair : found.crossing)
@@ -412,7 +418,8 @@ private:
 
   const TetMesh& mesh_;
   const ProgressCallback& progress_;
-  std::uint64_t stages_ = 0;
+  const char* stage_ = "";
+  std::uint64_t stages_ = 0; ///< begun so far
   Examination out_;
   std::vector<char> unsound_point_, referenced_, is_flat_;
   std::vector<std::uint32_t> tet_ids_; ///< of each sound tet

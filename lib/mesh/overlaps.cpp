@@ -72,22 +72,27 @@ public:
       : points_(points), tets_(tets), boundary_(boundary), tree_(boxes_of(points, boundary.faces)),
         axis_(shortest_axis(tree_.nodes()[0].box)) {}
 
-  [[nodiscard]] Overlaps run() const {
+  [[nodiscard]] Overlaps run(const std::function<void()>& look) const {
     Overlaps found;
-    for (std::uint32_t f = 0; f < boundary_.faces.size(); ++f)
+    for (std::uint32_t f = 0; f < boundary_.faces.size(); ++f) {
+      if (f % kFacesBetweenLooks == 0) look();
       find_crossing(f, found.crossing);
+    }
     std::sort(found.crossing.begin(), found.crossing.end());
     std::uint32_t last = kNoTet;
-    for (const HalfFace h : boundary_.half_faces)
-      if (h / 4 != last) {
-        last = h / 4;
-        if (covering(last) > 1) found.within.push_back(last);
-      }
+    for (std::size_t f = 0; f < boundary_.half_faces.size(); ++f) {
+      if (f % kFacesBetweenLooks == 0) look();
+      if (boundary_.half_faces[f] / 4 == last) continue;
+      last = boundary_.half_faces[f] / 4;
+      if (covering(last) > 1) found.within.push_back(last);
+    }
     return found;
   }
 
 private:
   static constexpr std::uint32_t kNoTet = 0xffffffff;
+  /// A tenth of a second of work where the boxes of thousands meet one another.
+  static constexpr std::size_t kFacesBetweenLooks = 1024;
 
   static std::vector<BoundingBox> boxes_of(std::span<const Point> points, const std::vector<Face>& faces) {
     std::vector<BoundingBox> boxes;
@@ -168,8 +173,9 @@ private:
 
 } // namespace
 
-Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets, const BoundarySurface& boundary) {
-  return boundary.faces.empty() ? Overlaps{} : Finder(points, tets, boundary).run();
+Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets, const BoundarySurface& boundary,
+                       const std::function<void()>& look) {
+  return boundary.faces.empty() ? Overlaps{} : Finder(points, tets, boundary).run(look);
 }
 
 } // namespace ptet

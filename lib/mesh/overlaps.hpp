@@ -11,6 +11,7 @@
 #include "mesh/topology.hpp"
 
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -24,8 +25,9 @@ struct Overlaps {
 };
 
 /// Tets positively oriented or flat, no faces folded or of more than two tets. What is found is there; overlaps much
-/// smaller than the tets around them may be missed. Cost: some microseconds a boundary face.
+/// smaller than the tets around them may be missed. `look` is called now and then, and may throw. Cost: some
+/// microseconds a boundary face; more where the boxes of many meet one another.
 [[nodiscard]] Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets,
-                                     const BoundarySurface& boundary);
+                                     const BoundarySurface& boundary, const std::function<void()>& look);
 
 } // namespace ptet

@@ -47,7 +47,6 @@ void measure_geometry(const Examination& found, MeshReport& report) {
 FieldSummary summarise(const PointArray& array, const Examination& found) {
   FieldSummary summary{array.name, array.type, array.components};
   if (array.components == 0 || array.bytes.size() != found.points.size() * array.row_bytes()) return summary;
-  bool first = true;
   dispatch(array.type, [&]<class T>(T) {
     for (std::size_t v = 0; v < found.points.size(); ++v) {
       if (!found.links.used[v]) continue;
@@ -62,9 +61,8 @@ FieldSummary summarise(const PointArray& array, const Examination& found) {
         ++summary.not_finite;
         continue;
       }
-      summary.min = first ? value : std::min(summary.min, value);
-      summary.max = first ? value : std::max(summary.max, value);
-      first = false;
+      summary.min = std::fmin(summary.min, value);
+      summary.max = std::fmax(summary.max, value);
     }
   });
   return summary;

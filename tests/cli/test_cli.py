@@ -142,6 +142,7 @@ class BadInput(Case):
         points, tets = meshes.grid(3)
         fields = meshes.wave(points)
         fields["bumpy"][1][7] = float("nan")
+        fields["empty"] = ("Float32", [float("nan")] * len(points))
         meshes.vtu(self.folder / "nan.vtu", points, tets, fields)
         self.refused(3, "build", "nan.vtu", says=["bumpy", "7"])
         # Where it does not govern it is carried along, bit for bit.
@@ -149,7 +150,9 @@ class BadInput(Case):
         self.ptet("verify", "nan.ptet", "--original", "nan.vtu")
         said = self.ptet("info", "nan.vtu").stdout
         self.assertIn("not finite at 1 vertex", said)
-        self.assertIn("can be built from, if --field names others than 'bumpy'", said)
+        self.assertIn("  field     empty: float32, not finite at 64 vertices\n", said)
+        self.assertIsNone(self.json("info", "nan.vtu")["fields"][2]["min"])
+        self.assertIn("can be built from, if --field names others than 'bumpy', 'empty'", said)
 
     def test_nan_in_a_position(self):
         points, tets = meshes.grid(2)

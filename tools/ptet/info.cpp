@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <numeric>
@@ -104,9 +105,10 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
       << brief(report.diagonal(), 6) << '\n';
   out << "  volume    " << brief(report.volume, 6) << ", boundary area " << brief(report.boundary_area, 6) << '\n';
   for (const FieldSummary& field : report.fields) {
-    out << "  field     " << field.name << ": " << type_text(field.type, field.components)
-        << (field.components == 1 ? ", from " : ", length from ") << brief(field.min, 6) << " to "
-        << brief(field.max, 6);
+    out << "  field     " << field.name << ": " << type_text(field.type, field.components);
+    if (!std::isnan(field.min))
+      out << (field.components == 1 ? ", from " : ", length from ") << brief(field.min, 6) << " to "
+          << brief(field.max, 6);
     if (field.not_finite > 0) out << ", not finite at " << counted(field.not_finite, "vertex");
     out << '\n';
   }

@@ -4,6 +4,7 @@
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,8 +32,10 @@ struct FieldSummary {
   std::string name;
   ScalarType type = ScalarType::kFloat32;
   std::uint32_t components = 1;
-  double min = 0; ///< least finite value; of the Euclidean norm for vectors; over vertices used by tets
-  double max = 0;
+  /// Least and greatest finite value; of the Euclidean norm for vectors; over vertices used by tets. NaN: there is
+  /// none.
+  double min = std::numeric_limits<double>::quiet_NaN();
+  double max = std::numeric_limits<double>::quiet_NaN();
   std::uint64_t not_finite = 0; ///< at so many of these vertices: such a field cannot govern a build
 };
 

@@ -252,7 +252,8 @@ class Finding:
 
 @dataclass(frozen=True)
 class FieldSummary:
-    """A field's name, type, components, and least and largest finite value (for vectors: of the length)."""
+    """A field's name, type, components, and least and largest finite value (for vectors: of the length), NaN where there
+    is none."""
 
     name: str
     dtype: str
