@@ -5,7 +5,9 @@
 #include "formats/ptet/reader.hpp"
 #include "formats/ptet/record_codec.hpp"
 
+#include <algorithm>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>

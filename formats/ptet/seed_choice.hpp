@@ -24,7 +24,8 @@ public:
                                              const Refinement& refinement, RecordId r);
 
 private:
-  [[nodiscard]] Seed seed_at(const Refinement& refinement, std::uint32_t block, VersionId version,
+  /// `number`: the block's.
+  [[nodiscard]] Seed seed_at(const Refinement& refinement, std::uint32_t number, VersionId version,
                              VertexId target) const;
 
   const RecordStream& records_;

@@ -51,8 +51,8 @@ __all__ = [
     "ArgumentError", "BlockFailure", "Bound", "Box", "Budget", "BuildReport", "Built", "ByteSource", "Cancelled",
     "Count", "Dataset", "DatasetInfo", "Error", "Extraction", "FieldInfo", "FieldSummary", "FileError", "Finding",
     "FormatError", "HalfSpace", "InputError", "LimitError", "MeshReport", "OrientedBox", "PartErrors",
-    "ProgressCallback", "Region", "Round", "Session", "SessionUpdate", "Sphere", "UNUSED", "UnmetWarning", "Values", "View", "build",
-    "from_meshio", "from_vtk", "open", "validate",
+    "ProgressCallback", "Region", "Round", "Session", "SessionUpdate", "Sphere", "UNUSED", "UnmetWarning",
+    "Values", "View", "build", "from_meshio", "from_vtk", "open", "validate",
 ]
 
 # A thread of the library that reads through Python must not do so once Python has ended.

@@ -166,7 +166,7 @@ class Dataset:
         return extraction
 
     def _warn_of_unmet(self, request: _core.Request, core: _core.Extraction) -> None:
-        focus, values = self._core.unmet_wishes(request, core)
+        focus, values = _core.unmet_wishes(request, core)
         if focus:
             warnings.warn(f"no tet of the mesh meets focus {_places(focus)}: the mesh is in the box "
                           f"{self.info.box_min} to {self.info.box_max}", UnmetWarning, stacklevel=3)

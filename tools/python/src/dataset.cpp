@@ -217,15 +217,14 @@ void bind_dataset(py::module_& module) {
              });
            })
       .def("origin_values", &origin_values)
-      .def("unmet_wishes",
-           [](const OpenFile&, const Request& request, const Extraction& extraction) {
-             const UnmetWishes unmet = unmet_wishes(request, extraction.mesh);
-             return std::pair(unmet.focus, unmet.values);
-           })
       .def("wait_until_loaded", [](const OpenFile& file, const py::object& progress) {
         without_gil(progress, file.pending(),
                     [&](const ProgressCallback& callback) { file.data()->wait_until_loaded(callback); });
       });
+  module.def("unmet_wishes", [](const Request& request, const Extraction& extraction) {
+    const UnmetWishes unmet = unmet_wishes(request, extraction.mesh);
+    return std::pair(unmet.focus, unmet.values);
+  });
   module.def("open_path", [](const std::string& path, const OpenOptions& options) {
     auto pending = std::make_shared<PendingError>();
     auto data = without_gil(py::none(), [&](const ProgressCallback&) { return Dataset::open(path, options); });
