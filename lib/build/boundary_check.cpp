@@ -2,18 +2,21 @@
 
 namespace ptet::build {
 
-CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan) const {
+CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& move) const {
+  move.reach = surface_.reach(complex_, plan.vd, plan.modified);
   if (!surface_.collapse_ok(plan.vs, plan.vd)) return CollapseStatus::kSurfaceTopology;
   return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, workspaces_.local())
              ? CollapseStatus::kSelfIntersection
              : CollapseStatus::kAccepted;
 }
 
-double BoundaryCheck::bound(Vertex vs, Vertex vd, BoundarySurface::Handover& handover) const {
+CollapseStatus BoundaryCheck::measure(Vertex vs, Vertex vd, BoundaryMove& move) const {
   BoundarySurface::Workspace& workspace = workspaces_.local();
-  const double error = surface_.bound(vs, vd, domain_limit_, workspace);
-  if (!(error > domain_limit_)) handover = BoundarySurface::handover(workspace);
-  return error;
+  move.error =
+      measures_samples() ? surface_.simulate(vs, vd, workspace) : surface_.bound(vs, vd, domain_limit_, workspace);
+  if (*move.error > domain_limit_) return CollapseStatus::kDomainError;
+  BoundarySurface::take_handover(workspace, move.handover);
+  return CollapseStatus::kAccepted;
 }
 
 } // namespace ptet::build

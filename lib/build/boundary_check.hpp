@@ -1,4 +1,4 @@
-// Is a half-edge collapse that moves the boundary allowed? What the boundary says, by any number of threads at once,
+// Is a half-edge collapse that moves the boundary allowed, and how far does it move? By any number of threads at once,
 // before anything is changed.
 #pragma once
 
@@ -7,28 +7,43 @@
 #include "build/working_complex.hpp"
 #include "ptet/build.hpp"
 
+#include <optional>
+
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
 namespace ptet::build {
 
+/// What has been found of a collapse that moves the boundary.
+struct BoundaryMove {
+  BoundingBox reach;           ///< it is allowed until a face moves in here
+  std::optional<double> error; ///< the domain error, mesh units, once it has been asked for
+  BoundarySurface::Handover handover;
+};
+
 class BoundaryCheck {
 public:
-  /// `domain_limit`: mesh units. The others must outlive the object.
-  BoundaryCheck(const WorkingComplex& complex, const BoundarySurface& surface, double domain_limit)
-      : complex_(complex), surface_(surface), domain_limit_(domain_limit),
+  /// `domain_error`: as the surface was made. `domain_limit`: mesh units. The others must outlive the object.
+  BoundaryCheck(const WorkingComplex& complex, const BoundarySurface& surface, DomainError domain_error,
+                double domain_limit)
+      : complex_(complex), surface_(surface), domain_error_(domain_error), domain_limit_(domain_limit),
         workspaces_([&surface] { return BoundarySurface::Workspace(surface); }) {}
 
   /// kAccepted, or what stands against a collapse that moves the boundary, but for how far it moves.
   /// Thread rule: const.
-  [[nodiscard]] CollapseStatus examine(const CollapsePlan& plan) const;
+  [[nodiscard]] CollapseStatus examine(const CollapsePlan& plan, BoundaryMove& move) const;
+  /// Whether what was accepted, since the surface last began with its changes, still is. Thread rule: const.
+  [[nodiscard]] bool stands(const BoundaryMove& move) const { return !surface_.has_moved(move.reach); }
 
-  /// What bounds the domain error of such a collapse, mesh units, and what the collapse needs of it, unless that is
-  /// beyond the limit. The surface must have been made with kBound. Thread rule: const.
-  [[nodiscard]] double bound(Vertex vs, Vertex vd, BoundarySurface::Handover& handover) const;
+  /// kAccepted, or kDomainError where the domain error of such a collapse is beyond the limit. It depends on the faces
+  /// around vs alone. Thread rule: const.
+  [[nodiscard]] CollapseStatus measure(Vertex vs, Vertex vd, BoundaryMove& move) const;
+  /// Whether that is little work: samples are looked at.
+  [[nodiscard]] bool measures_samples() const { return domain_error_ == DomainError::kSampled; }
 
 private:
   const WorkingComplex& complex_;
   const BoundarySurface& surface_;
+  DomainError domain_error_;
   double domain_limit_;
   mutable oneapi::tbb::enumerable_thread_specific<BoundarySurface::Workspace> workspaces_;
 };

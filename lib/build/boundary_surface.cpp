@@ -124,24 +124,6 @@ struct BoundarySurface::Impl {
   std::vector<std::uint32_t> next_sample; ///< by sample: the next one that the same face holds
   FaceIndex index;
 
-  // The last simulation.
-  struct Left {
-    FaceHandle face;
-    std::array<Point, 3> x;
-    Vec3 normal; ///< of length 1; 0 when the face is degenerate
-  };
-  struct Held {
-    std::uint32_t sample;
-    std::uint32_t left;
-  };
-  struct Around {
-    std::uint32_t first_sample; ///< that the face holds
-    std::uint32_t left;         ///< what becomes of it; kNone when it goes
-  };
-  std::vector<Around> around;
-  std::vector<Left> left;
-  std::vector<Held> held;
-
   std::optional<BoundaryPieces> pieces; ///< where domain errors are to be bounds: what the faces hold
 
   [[nodiscard]] const Point& sample_position(std::uint32_t sample) const {
@@ -152,27 +134,6 @@ struct BoundarySurface::Impl {
     for (auto it = surface.cvoh_iter(handle[vs]); it.is_valid(); ++it)
       if (surface.data(surface.to_vertex_handle(*it)).mesh_vertex == vd) return *it;
     return HalfedgeHandle();
-  }
-  /// Finds the face nearest to a sample, or one that it lies on; `likely` is tried first. Returns the squared distance.
-  double hold(std::uint32_t sample, std::uint32_t likely) {
-    const Point& p = sample_position(sample);
-    double nearest = std::numeric_limits<double>::infinity();
-    std::uint32_t best = 0;
-    const auto look_at = [&](std::uint32_t i) {
-      const Left& face = left[i];
-      const double above = dot(face.normal, p - face.x[0]); // its plane is nearer than the face
-      if (above * above >= nearest) return;
-      const double d = closest_on_triangle(p, face.x[0], face.x[1], face.x[2]).distance_sq;
-      if (d < nearest) {
-        nearest = d;
-        best = i;
-      }
-    };
-    if (likely < left.size()) look_at(likely);
-    for (std::uint32_t i = 0; i < left.size() && nearest > rounding * rounding; ++i)
-      if (i != likely) look_at(i);
-    held.push_back({sample, best});
-    return nearest;
   }
 };
 
@@ -246,15 +207,38 @@ bool BoundarySurface::collapse_ok(Vertex vs, Vertex vd) const {
   return true;
 }
 
-double BoundarySurface::simulate(Vertex vs, Vertex vd) {
-  Impl& m = *impl_;
-  m.left.clear();
-  m.held.clear();
-  const VertexHandle hs = m.handle[vs];
+/// Finds the face nearest to a sample, or one that it lies on; `likely` is tried first. Returns the squared distance.
+double BoundarySurface::hold(std::uint32_t sample, std::uint32_t likely, Workspace& w) const {
+  const Impl& m = *impl_;
+  const Point& p = m.sample_position(sample);
+  double nearest = std::numeric_limits<double>::infinity();
+  std::uint32_t best = 0;
+  const auto look_at = [&](std::uint32_t i) {
+    const Workspace::Left& face = w.left_[i];
+    const double above = dot(face.normal, p - face.x[0]); // its plane is nearer than the face
+    if (above * above >= nearest) return;
+    const double d = closest_on_triangle(p, face.x[0], face.x[1], face.x[2]).distance_sq;
+    if (d < nearest) {
+      nearest = d;
+      best = i;
+    }
+  };
+  if (likely < w.left_.size()) look_at(likely);
+  for (std::uint32_t i = 0; i < w.left_.size() && nearest > m.rounding * m.rounding; ++i)
+    if (i != likely) look_at(i);
+  w.held_.push_back({sample, best});
+  return nearest;
+}
+
+double BoundarySurface::simulate(Vertex vs, Vertex vd, Workspace& w) const {
+  const Impl& m = *impl_;
+  w.left_.clear();
+  w.coarse_.clear();
+  w.held_.clear();
+  w.around_.clear();
   const Point& target = m.relative[vd];
-  m.around.clear();
-  for (auto it = m.surface.cvf_iter(hs); it.is_valid(); ++it) {
-    Impl::Left face{*it, {}, {}};
+  for (auto it = m.surface.cvf_iter(m.handle[vs]); it.is_valid(); ++it) {
+    Workspace::Left face{};
     bool deleted = false;
     std::size_t i = 0;
     for (auto v = m.surface.cfv_iter(*it); v.is_valid(); ++v, ++i) {
@@ -262,17 +246,19 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd) {
       deleted |= x == vd;
       face.x[i] = x == vs ? target : m.relative[x];
     }
-    m.around.push_back({m.surface.data(*it).first_sample, deleted ? kNone : static_cast<std::uint32_t>(m.left.size())});
+    w.around_.push_back(
+        {m.surface.data(*it).first_sample, deleted ? kNone : static_cast<std::uint32_t>(w.left_.size())});
     if (deleted) continue;
     const Vec3 normal = cross(face.x[1] - face.x[0], face.x[2] - face.x[0]);
     const double length = norm(normal);
     if (length > 0) face.normal = (1 / length) * normal;
-    m.left.push_back(face);
+    w.left_.push_back(face);
+    w.coarse_.push_back(static_cast<std::uint32_t>(it->idx()));
   }
-  double worst_sq = m.hold(vs, kNone);
-  for (const auto& [first_sample, face] : m.around)
+  double worst_sq = hold(vs, kNone, w);
+  for (const auto& [first_sample, face] : w.around_)
     for (std::uint32_t sample = first_sample; sample != kNone; sample = m.next_sample[sample])
-      worst_sq = std::max(worst_sq, m.hold(sample, face));
+      worst_sq = std::max(worst_sq, hold(sample, face, w));
   const double worst = std::sqrt(worst_sq);
   return worst < m.rounding ? 0 : worst;
 }
@@ -306,8 +292,11 @@ double BoundarySurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) 
   return w.division_->hand_over(w.fine_, w.fine_triangles_, w.coarse_triangles_, limit);
 }
 
-BoundarySurface::Handover BoundarySurface::handover(const Workspace& w) {
-  return {w.fine_, w.coarse_, w.division_->handover()};
+void BoundarySurface::take_handover(Workspace& w, Handover& handover) {
+  handover.fine.swap(w.fine_);
+  handover.coarse.swap(w.coarse_);
+  handover.held.swap(w.held_);
+  if (w.division_) handover.pieces = w.division_->handover();
 }
 
 bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
@@ -354,6 +343,24 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
   return false;
 }
 
+BoundingBox BoundarySurface::reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const {
+  BoundingBox box;
+  box.add(impl_->positions[vd]);
+  for (const SlotId s : modified)
+    if (complex.is_ghost(complex.slot(s)))
+      for (const Vertex x : complex.slot(s).v)
+        if (x != complex.dummy()) box.add(impl_->positions[x]);
+  return box;
+}
+
+void BoundarySurface::begin_changes() {
+  impl_->index.begin_changes();
+}
+
+bool BoundarySurface::has_moved(const BoundingBox& box) const {
+  return impl_->index.has_moved(box);
+}
+
 void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
                                std::span<const SlotId> deleted, const Handover& handover) {
   Impl& m = *impl_;
@@ -362,10 +369,13 @@ void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex 
   if (m.pieces) {
     m.pieces->commit(handover.fine, handover.coarse, handover.pieces);
   } else {
-    for (const Impl::Left& face : m.left)
-      m.surface.data(face.face).first_sample = kNone;
-    for (const Impl::Held& held : m.held) {
-      std::uint32_t& first = m.surface.data(m.left[held.left].face).first_sample;
+    const auto first_sample = [&](std::uint32_t face) -> std::uint32_t& {
+      return m.surface.data(FaceHandle(static_cast<int>(face))).first_sample;
+    };
+    for (const std::uint32_t face : handover.coarse)
+      first_sample(face) = kNone;
+    for (const Held& held : handover.held) {
+      std::uint32_t& first = first_sample(handover.coarse[held.face]);
       m.next_sample[held.sample] = first;
       first = held.sample;
     }

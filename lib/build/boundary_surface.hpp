@@ -11,6 +11,7 @@
 
 #include "build/boundary_pieces.hpp"
 #include "build/working_complex.hpp"
+#include "mesh/box_tree.hpp"
 
 #include <memory>
 #include <optional>
@@ -20,8 +21,8 @@
 namespace ptet::build {
 
 enum class DomainError : std::uint8_t {
-  kSampled, ///< simulate(), to be called before every collapse
-  kBound,   ///< bound(), whose handover every collapse needs
+  kSampled, ///< by simulate()
+  kBound,   ///< by bound()
 };
 
 class BoundarySurface {
@@ -37,21 +38,36 @@ public:
   /// Whether vs -> vd keeps the surface a manifold. Both must be on it, vs not frozen; false too when vs vd is no
   /// edge of it. Thread rule: const.
   [[nodiscard]] bool collapse_ok(Vertex vs, Vertex vd) const;
-  /// Assigns the samples that the faces around vs hold to the faces that vs -> vd would leave; collapse_ok must have
-  /// been true. Returns the largest distance of a sample to its face, mesh units.
-  [[nodiscard]] double simulate(Vertex vs, Vertex vd);
-  /// What a collapse makes of the pieces of the original boundary around it.
-  struct Handover {
-    std::vector<std::uint32_t> fine, coarse; ///< faces
-    BoundaryPieces::Handover pieces;
+  /// A sample of the original boundary, and the face that is to hold it, by its place among those that are left.
+  struct Held {
+    std::uint32_t sample, face;
   };
-  /// What one thread needs for bounds and for intersections.
+  /// What a collapse makes of what the faces around it hold of the original boundary: of its samples, or of its pieces
+  /// where there are bounds.
+  struct Handover {
+    std::vector<std::uint32_t> fine, coarse; ///< faces before (where there are bounds), and those that are left
+    BoundaryPieces::Handover pieces;
+    std::vector<Held> held;
+  };
+  /// What one thread needs to simulate, for bounds and for intersections.
   class Workspace {
   public:
     explicit Workspace(const BoundarySurface& surface);
 
   private:
     friend class BoundarySurface;
+    struct Left {
+      std::array<Point, 3> x;
+      Point normal; ///< of length 1; 0 when the face is degenerate
+    };
+    struct Around {
+      std::uint32_t first_sample; ///< that the face holds
+      std::uint32_t left;         ///< what becomes of it; kNone when it goes
+    };
+
+    std::vector<Left> left_;
+    std::vector<Around> around_;
+    std::vector<Held> held_;
     std::optional<BoundaryPieces::Division> division_;
     std::vector<std::uint32_t> fine_, coarse_;
     std::vector<PatchTriangle> fine_triangles_, coarse_triangles_;
@@ -59,24 +75,36 @@ public:
     std::vector<SlotId> hits_;
   };
 
+  /// Assigns the samples that the faces around vs hold to the faces that vs -> vd would leave; collapse_ok must have
+  /// been true. Returns the largest distance of a sample to its face, mesh units.
+  /// Thread rule: const; one workspace a thread. It is about the faces around vs: collapses elsewhere change nothing.
+  [[nodiscard]] double simulate(Vertex vs, Vertex vd, Workspace& workspace) const;
   /// An upper bound on the distance between each face that vs -> vd would leave around vs and the part of the original
   /// boundary that it would stand for, and on the distance of its points to the original boundary; mesh units, 0 when
   /// that is rounding. Values above `limit` are found early, and are no bounds. vs -> vd must be an edge of the surface
   /// with faces all around vs, and the surface must have been made with kBound.
   /// Thread rule: const; one workspace a thread. It is about the faces around vs: collapses elsewhere change nothing.
   [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit, Workspace& workspace) const;
-  /// Of the last bound.
-  [[nodiscard]] static Handover handover(const Workspace& workspace);
+  /// Of the last simulation, or bound where there are bounds; it is taken out of the workspace.
+  static void take_handover(Workspace& workspace, Handover& handover);
   /// Whether a face that vs -> vd would make meets another present face anywhere but where they join.
   /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                      std::span<const SlotId> modified, Workspace& workspace) const;
-  /// The last simulation becomes true, or `handover` where there are bounds; vs is gone. To be called after the complex
-  /// has changed.
+  /// All that an answer of collapse_ok() or would_intersect() that is in favour of the collapse depends on: it stands
+  /// until a face moves in this box.
+  [[nodiscard]] BoundingBox reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const;
+  /// From now on has_moved() tells of collapses.
+  void begin_changes();
+  /// Whether a face of a collapse since then comes into this box. Thread rule: const.
+  [[nodiscard]] bool has_moved(const BoundingBox& box) const;
+  /// vs is gone, and what its faces held has been handed over. To be called after the complex has changed.
   void collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
                 std::span<const SlotId> deleted, const Handover& handover);
 
 private:
+  [[nodiscard]] double hold(std::uint32_t sample, std::uint32_t likely, Workspace& workspace) const;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -23,6 +23,10 @@ bool wants_exact(const BuildOptions& options, const ErrorLimits& limits) {
          (limits.bound_fields() && options.evaluation == Evaluation::kExact);
 }
 
+DomainError domain_error_of(const BuildOptions& options) {
+  return options.evaluation == Evaluation::kExact ? DomainError::kBound : DomainError::kSampled;
+}
+
 } // namespace
 
 Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& fields, const MeshScales* whole,
@@ -32,9 +36,9 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
       limits_(prepared, fields, options, scales_.diagonal), cost_(options.objective, limits_.field_weights()),
       target_count_(count_of_target(options.target_vertices, prepared.used_vertex_count)), frozen_(prepared.frozen),
       complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
-      surface_(complex_, prepared.points, scales_.diagonal, frozen_,
-               bounds_domain_error() ? DomainError::kBound : DomainError::kSampled),
-      boundary_(complex_, surface_, limits_.domain()), removed_(prepared.points, fields, scales_.diagonal),
+      surface_(complex_, prepared.points, scales_.diagonal, frozen_, domain_error_of(options)),
+      boundary_(complex_, surface_, domain_error_of(options), limits_.domain()),
+      removed_(prepared.points, fields, scales_.diagonal),
       exact_(wants_exact(options, limits_) ? std::make_unique<ExactFieldError>(prepared, fields.view()) : nullptr),
       predictor_(choose_predictor(options.prediction, complex_, prepared.points, fields, scales_.diagonal,
                                   limits_.field_weights(), limits_.domain_weight(), whole)),
@@ -70,14 +74,18 @@ void Collapser::begin_records() {
   }
 }
 
-CollapseStatus Collapser::collapse(std::uint32_t round, MeasuredErrors* measured) {
+CollapseStatus Collapser::collapse(std::uint32_t round, const std::vector<double>* measured, BoundaryMove* move) {
   Trial& trial = candidates_.trial();
   const CollapsePlan& plan = trial.check().plan();
-  double domain_error = 0;
+  BoundaryMove nothing;
+  BoundaryMove& found = move != nullptr ? *move : nothing;
   if (plan.moves_boundary) {
-    if (const CollapseStatus refused = boundary_.examine(plan); refused != CollapseStatus::kAccepted) return refused;
-    if (!bounds_domain_error()) domain_error = surface_.simulate(plan.vs, plan.vd);
-    if (domain_error > limits_.domain()) return CollapseStatus::kDomainError;
+    CollapseStatus status = CollapseStatus::kAccepted;
+    if (move == nullptr || !boundary_.stands(found)) status = boundary_.examine(plan, found);
+    // Samples are looked at before the fields, bounds, which take longer, after them.
+    if (status == CollapseStatus::kAccepted && boundary_.measures_samples() && !found.error)
+      status = boundary_.measure(plan.vs, plan.vd, found);
+    if (status != CollapseStatus::kAccepted) return status;
   }
   find_field_errors(trial, measured);
   if (limits_.passed_by(field_errors_) || limits_.passed_by(outside_errors_)) return CollapseStatus::kFieldError;
@@ -85,21 +93,16 @@ CollapseStatus Collapser::collapse(std::uint32_t round, MeasuredErrors* measured
     std::vector<double> everywhere(field_errors_.size());
     if (!trial.measure(everywhere, nullptr, limits_.field(), [] { return false; })) return CollapseStatus::kFieldError;
   }
-  if (plan.moves_boundary && bounds_domain_error()) {
-    if (measured != nullptr) {
-      domain_error = measured->domain;
-      handover_ = std::move(measured->handover);
-    } else {
-      domain_error = boundary_.bound(plan.vs, plan.vd, handover_);
-    }
-    if (domain_error > limits_.domain()) return CollapseStatus::kDomainError;
+  if (plan.moves_boundary && !found.error) {
+    const CollapseStatus status = boundary_.measure(plan.vs, plan.vd, found);
+    if (status != CollapseStatus::kAccepted) return status;
   }
-  commit(trial, domain_error, round);
+  commit(trial, found, round);
   return CollapseStatus::kAccepted;
 }
 
 /// Of the half-edge that `trial` has accepted.
-void Collapser::find_field_errors(Trial& trial, const MeasuredErrors* measured) {
+void Collapser::find_field_errors(Trial& trial, const std::vector<double>* measured) {
   field_errors_.resize(fields_.field_count());
   outside_errors_.clear();
   if (options_.evaluation == Evaluation::kNone) {
@@ -111,7 +114,7 @@ void Collapser::find_field_errors(Trial& trial, const MeasuredErrors* measured) 
     field_errors_.assign(stated.begin(), stated.end());
     if (everywhere) outside_errors_.assign(seen.errors_outside().begin(), seen.errors_outside().end());
   }
-  if (measured != nullptr) field_errors_ = measured->field;
+  if (measured != nullptr) field_errors_ = *measured;
 }
 
 bool Collapser::collapse_again(Vertex vs, Vertex vd, std::uint32_t round) {
@@ -120,20 +123,18 @@ bool Collapser::collapse_again(Vertex vs, Vertex vd, std::uint32_t round) {
   Trial& trial = candidates_.trial();
   const CollapseCheck& check = trial.check();
   if (trial.examine(vs, vd) != CollapseStatus::kAccepted || check.deleted().empty()) return false;
-  double domain_error = 0;
-  if (check.moves_boundary()) {
-    if (!surface_.collapse_ok(vs, vd)) return false;
-    domain_error = bounds_domain_error() ? boundary_.bound(vs, vd, handover_) : surface_.simulate(vs, vd);
-    if (domain_error > limits_.domain()) return false;
-  }
+  BoundaryMove move;
+  if (check.moves_boundary() &&
+      (!surface_.collapse_ok(vs, vd) || boundary_.measure(vs, vd, move) != CollapseStatus::kAccepted))
+    return false;
   if (options_.evaluation != Evaluation::kNone) trial.simulate();
   field_errors_.clear();
   outside_errors_.clear();
-  commit(trial, domain_error, round);
+  commit(trial, move, round);
   return true;
 }
 
-void Collapser::commit(const Trial& trial, double domain_error, std::uint32_t round) {
+void Collapser::commit(const Trial& trial, const BoundaryMove& move, std::uint32_t round) {
   const CollapseCheck& check = trial.check();
   const Vertex vs = check.plan().vs, vd = check.plan().vd;
   const auto deleted = check.deleted();
@@ -149,7 +150,7 @@ void Collapser::commit(const Trial& trial, double domain_error, std::uint32_t ro
   if (options_.evaluation != Evaluation::kNone) removed_.commit(complex_, deleted, trial.last_simulation());
   predictor_.predictor->collapse(vs, vd, deleted, modified);
   complex_.collapse(vs, vd, deleted, modified);
-  if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted, handover_);
+  if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted, move.handover);
 
   records_.removed.push_back(VertexId{vs});
   records_.target.push_back(VertexId{vd});
@@ -171,7 +172,7 @@ void Collapser::commit(const Trial& trial, double domain_error, std::uint32_t ro
   for (std::size_t f = 0; f < outside_errors_.size(); ++f) // none where they are among the others
     records_.outside_error.push_back(outside_errors_[f] * fields_.fields()[f].range);
   records_.also_needs_begin.push_back(records_.also_needs.size());
-  records_.domain_error.push_back(domain_error);
+  records_.domain_error.push_back(check.moves_boundary() ? *move.error : 0);
   depth_ = std::max(depth_, height);
 }
 

@@ -31,13 +31,6 @@
 
 namespace ptet::build {
 
-/// What has been measured of a half-edge before it is collapsed.
-struct MeasuredErrors {
-  std::vector<double> field; ///< one a field, fractions of the ranges
-  double domain = 0;         ///< mesh units; a bound, where the collapse moves the boundary
-  BoundarySurface::Handover handover;
-};
-
 class Collapser {
 public:
   /// The mesh as it was given. `whole`: the mesh that `prepared` is a part of, with `samples` in the part where the
@@ -73,19 +66,22 @@ public:
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
 
   /// Makes the collapse that this thread's trial has accepted, unless the boundary or an error stands against it.
-  /// `measured`, of which the handover is taken: what is known exactly; null: the errors are those at the removed
-  /// vertices, or as predicted.
-  CollapseStatus collapse(std::uint32_t round, MeasuredErrors* measured = nullptr);
+  /// `measured`: its field errors, exactly, one a field, fractions of the ranges; null: they are those at the removed
+  /// vertices, or as predicted. `move`: what has been found of it since begin_changes(), where it moves the boundary;
+  /// null: nothing. What is not known yet joins it.
+  CollapseStatus collapse(std::uint32_t round, const std::vector<double>* measured = nullptr,
+                          BoundaryMove* move = nullptr);
+  /// What boundary() says from now on is compared with what changes from now on.
+  void begin_changes() { surface_.begin_changes(); }
   /// Makes a collapse that was accepted before: nothing is asked that only refuses, and its field errors are left for
   /// the caller to record. False when it cannot be.
   [[nodiscard]] bool collapse_again(Vertex vs, Vertex vd, std::uint32_t round);
 
 private:
   void begin_records();
-  void find_field_errors(Trial& trial, const MeasuredErrors* measured);
-  void commit(const Trial& trial, double domain_error, std::uint32_t round);
+  void find_field_errors(Trial& trial, const std::vector<double>* measured);
+  void commit(const Trial& trial, const BoundaryMove& move, std::uint32_t round);
   [[nodiscard]] std::uint32_t height_of_record(Vertex vs) const;
-  [[nodiscard]] bool bounds_domain_error() const { return options_.evaluation == Evaluation::kExact; }
 
   const PreparedMesh& prepared_;
   const NormalizedFields& fields_;
@@ -108,7 +104,6 @@ private:
 
   // Of the collapse in hand.
   std::vector<double> field_errors_, outside_errors_; ///< one a field, or none that are to be recorded
-  BoundarySurface::Handover handover_;
 };
 
 } // namespace ptet::build

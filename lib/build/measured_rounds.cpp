@@ -25,7 +25,8 @@ constexpr std::size_t kMeasuredBetweenLooks = 2048;
 struct MeasuredRounds::Verdict {
   CollapseStatus status = CollapseStatus::kAccepted;
   float cost = 0;
-  MeasuredErrors errors;
+  std::vector<double> errors;    ///< one a field, fractions of the ranges: the exact maxima
+  BoundaryMove move;             ///< where it moves the boundary
   std::vector<double> outside;   ///< one a field, fractions of the ranges: at removed vertices that no tet covers
   std::vector<double> integrals; ///< of the squared error: modified slot x field
 };
@@ -42,6 +43,7 @@ MeasuredRounds::MeasuredRounds(Collapser& collapser, BuildReport& report)
 void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round, const std::function<void()>& look) {
   const std::vector<Vertex> measured = apart(picked, round);
   std::vector<Verdict> verdicts(measured.size());
+  collapser_.begin_changes();
   for (std::size_t begin = 0; begin < measured.size(); begin += kMeasuredBetweenLooks) {
     if (begin > 0) look();
     const std::size_t end = std::min(begin + kMeasuredBetweenLooks, measured.size());
@@ -51,8 +53,8 @@ void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round
         verdicts[i] = measure(measured[i], trial);
     });
   }
-  report_.exact_evaluations += static_cast<std::uint64_t>(std::count_if(
-      verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return !verdict.errors.field.empty(); }));
+  report_.exact_evaluations += static_cast<std::uint64_t>(
+      std::count_if(verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return !verdict.errors.empty(); }));
   for (std::size_t i = 0; i < measured.size() && !collapser_.at_target(); ++i) {
     const Vertex vs = measured[i];
     CollapseStatus status = verdicts[i].status;
@@ -89,10 +91,10 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   const bool moves_boundary = trial.check().moves_boundary();
   // What the boundary forbids is cheaper to find out than what a measurement costs.
   if (verdict.status == CollapseStatus::kAccepted && moves_boundary)
-    verdict.status = collapser_.boundary().examine(trial.check().plan());
+    verdict.status = collapser_.boundary().examine(trial.check().plan(), verdict.move);
   if (verdict.status != CollapseStatus::kAccepted) return verdict;
   const RemovedVertices::Simulation& seen = trial.simulate();
-  std::vector<double>& errors = verdict.errors.field;
+  std::vector<double>& errors = verdict.errors;
   errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
   verdict.outside.assign(seen.errors_outside().begin(), seen.errors_outside().end());
   // The integral grows from what stands in the star now to what the collapse makes of it.
@@ -121,10 +123,8 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
   // Not to be taken now, whatever is left of it in a float.
   if (!whole) verdict.cost = std::max(static_cast<float>(enough), std::nextafter(round_cost, INFINITY));
-  if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost) {
-    verdict.errors.domain = collapser_.boundary().bound(vs, half_edge.target, verdict.errors.handover);
-    if (verdict.errors.domain > collapser_.limits().domain()) verdict.status = CollapseStatus::kDomainError;
-  }
+  if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost)
+    verdict.status = collapser_.boundary().measure(vs, half_edge.target, verdict.move);
   // What is not put back does not come up again.
   if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= round_cost) known_[vs].reset();
   return verdict;
@@ -143,7 +143,7 @@ std::vector<double> MeasuredRounds::squared_in_star(const CollapseCheck& check) 
 CollapseStatus MeasuredRounds::collapse(Vertex vs, std::uint32_t round, Verdict& verdict) {
   Trial& trial = candidates_.trial();
   CollapseStatus status = trial.examine(vs, candidates_.best(vs).target);
-  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round, &verdict.errors);
+  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round, &verdict.errors, &verdict.move);
   if (status == CollapseStatus::kAccepted) record_squared_errors(trial.check(), verdict.integrals);
   return status;
 }

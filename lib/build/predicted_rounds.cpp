@@ -9,7 +9,7 @@ namespace ptet::build {
 namespace {
 
 /// So many stars are examined at once: enough to share out, and few enough to stay in a cache until they are collapsed.
-constexpr std::size_t kClaims = 256;
+constexpr std::size_t kClaims = 128;
 
 } // namespace
 
@@ -22,13 +22,14 @@ void PredictedRounds::take(const std::vector<Vertex>& picked, std::uint32_t roun
   std::vector<Vertex> waiting;
   for (std::size_t next = 0; !collapser_.at_target() && (next < picked.size() || !waiting.empty());) {
     next = claim_stars(picked, next, waiting);
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, claims_.size(), 16), [&](const auto& range) {
+    collapser_.begin_changes();
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, claim_count_, 16), [&](const auto& range) {
       Trial& trial = candidates_.trial();
       for (std::size_t i = range.begin(); i != range.end(); ++i)
-        examine_claim(claims_[i], plans_[i], trial);
+        examine_claim(claims_[i], trial);
     });
-    for (std::size_t i = 0; i < claims_.size() && !collapser_.at_target(); ++i)
-      if (!take_claim(claims_[i], plans_[i])) waiting.push_back(claims_[i]);
+    for (std::size_t i = 0; i < claim_count_ && !collapser_.at_target(); ++i)
+      if (!take_claim(claims_[i])) waiting.push_back(claims_[i].vs);
   }
 }
 
@@ -38,12 +39,16 @@ void PredictedRounds::take(const std::vector<Vertex>& picked, std::uint32_t roun
 std::size_t PredictedRounds::claim_stars(const std::vector<Vertex>& picked, std::size_t next,
                                          std::vector<Vertex>& waiting) {
   ++claim_stamp_;
-  claims_.clear();
+  claim_count_ = 0;
   std::size_t kept = 0;
+  const auto claim = [&](Vertex vs) {
+    if (claim_count_ == claims_.size()) claims_.emplace_back();
+    claims_[claim_count_++].vs = vs;
+  };
   const auto look_at = [&](Vertex vs) {
     if (!may_go(vs)) return true;
     const bool free = claimed_[vs] != claim_stamp_ && claimed_[candidates_.best(vs).target] != claim_stamp_;
-    if (free) claims_.push_back(vs);
+    if (free) claim(vs);
     // Who waits comes before what it would touch, too.
     for (const SlotId s : complex_.star(vs))
       for (const Vertex x : complex_.slot(s).v)
@@ -53,13 +58,12 @@ std::size_t PredictedRounds::claim_stars(const std::vector<Vertex>& picked, std:
   for (const Vertex vs : waiting)
     if (!look_at(vs)) waiting[kept++] = vs;
   waiting.resize(kept);
-  for (; next < picked.size() && claims_.size() < kClaims && waiting.size() < kClaims; ++next) {
+  for (; next < picked.size() && claim_count_ < kClaims && waiting.size() < kClaims; ++next) {
     if (next + WorkingComplex::kPrefetch < picked.size())
       complex_.prefetch_star(picked[next + WorkingComplex::kPrefetch]);
     if (!look_at(picked[next])) waiting.push_back(picked[next]);
   }
   ++claim_stamp_; // from now on for what has changed
-  plans_.resize(std::max(plans_.size(), claims_.size()));
   return next;
 }
 
@@ -69,32 +73,44 @@ bool PredictedRounds::may_go(Vertex vs) const {
          candidates_.best(vs).cost <= candidates_.round_cost();
 }
 
-/// Goes down the half-edges of `vs`, to the first that is not refused by what depends on nothing but the stars of its
-/// ends: of that `plan` tells, if there is one.
-void PredictedRounds::examine_claim(Vertex vs, CollapsePlan& plan, Trial& trial) {
-  plan.vs = kNone;
-  while (may_go(vs)) {
-    const CollapseStatus status = trial.examine(vs, candidates_.best(vs).target);
+/// Goes down the half-edges of the claim's vertex to the first that is not refused by the stars of its ends, nor by the
+/// boundary as it is now: of that `plan` tells, if there is one.
+void PredictedRounds::examine_claim(Claim& claim, Trial& trial) {
+  claim.plan.vs = kNone;
+  while (may_go(claim.vs)) {
+    const CollapseStatus status = examine(claim.vs, claim.move, trial);
     if (status == CollapseStatus::kAccepted) {
-      trial.swap(plan);
+      trial.swap(claim.plan);
       return;
     }
     candidates_.count_refusal(status);
-    candidates_.drop_best(vs, round_);
+    candidates_.drop_best(claim.vs, round_);
   }
 }
 
+/// The best half-edge of `vs`.
+CollapseStatus PredictedRounds::examine(Vertex vs, BoundaryMove& move, Trial& trial) const {
+  const BoundaryCheck& boundary = collapser_.boundary();
+  CollapseStatus status = trial.examine(vs, candidates_.best(vs).target);
+  if (!trial.check().moves_boundary()) return status;
+  move.error.reset();
+  if (status == CollapseStatus::kAccepted) status = boundary.examine(trial.check().plan(), move);
+  if (status == CollapseStatus::kAccepted && boundary.measures_samples())
+    status = boundary.measure(vs, trial.check().plan().vd, move);
+  return status;
+}
+
 /// False when its best half-edge within the round's cost, if there is one, is yet to be examined.
-bool PredictedRounds::take_claim(Vertex vs, CollapsePlan& plan) {
-  if (plan.vs == kNone) return true;
-  const Vertex vd = plan.vd;
+bool PredictedRounds::take_claim(Claim& claim) {
+  if (claim.plan.vs == kNone) return true;
+  const Vertex vs = claim.vs, vd = claim.plan.vd;
   Trial& trial = candidates_.trial();
   CollapseStatus status = CollapseStatus::kAccepted;
   if (claimed_[vd] == claim_stamp_) // another collapse has changed its star
-    status = trial.examine(vs, vd);
+    status = examine(vs, claim.move, trial);
   else
-    trial.swap(plan);
-  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round_);
+    trial.swap(claim.plan);
+  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round_, nullptr, &claim.move);
   ++report_.collapses[static_cast<std::size_t>(status)];
   if (status != CollapseStatus::kAccepted) {
     candidates_.drop_best(vs, round_);

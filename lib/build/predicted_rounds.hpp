@@ -5,7 +5,8 @@
 //   claims     a     c        f            free of whatever stands before them: examined at the same time
 //   waiting       b     d  e               looked at again when those are done
 //
-// So what comes of a round is what taking one after the other in the order of the picks would make of it.
+// So what comes of a round is what taking one after the other in the order of the picks would make of it, but for
+// boundaries that get out of one another's way in between.
 #pragma once
 
 #include "build/collapser.hpp"
@@ -25,11 +26,18 @@ public:
   void take(const std::vector<Vertex>& picked, std::uint32_t round);
 
 private:
+  struct Claim {
+    Vertex vs = kNone;
+    CollapsePlan plan; ///< of the half-edge that is to be taken; of none: its vs is kNone
+    BoundaryMove move; ///< of that
+  };
+
   [[nodiscard]] std::size_t claim_stars(const std::vector<Vertex>& picked, std::size_t next,
                                         std::vector<Vertex>& waiting);
   [[nodiscard]] bool may_go(Vertex vs) const;
-  void examine_claim(Vertex vs, CollapsePlan& plan, Trial& trial);
-  [[nodiscard]] bool take_claim(Vertex vs, CollapsePlan& plan);
+  void examine_claim(Claim& claim, Trial& trial);
+  [[nodiscard]] CollapseStatus examine(Vertex vs, BoundaryMove& move, Trial& trial) const;
+  [[nodiscard]] bool take_claim(Claim& claim);
 
   Collapser& collapser_;
   const WorkingComplex& complex_;
@@ -37,9 +45,8 @@ private:
   BuildReport& report_;
   std::uint32_t round_ = 0;
   std::vector<std::uint32_t> touched_; ///< by vertex: the last round in which its star changed
-  // Those that are examined at the same time.
-  std::vector<Vertex> claims_;
-  std::vector<CollapsePlan> plans_;
+  std::vector<Claim> claims_;          ///< room for those that are examined at the same time
+  std::size_t claim_count_ = 0;        ///< so many of these are in use
   std::vector<std::uint32_t>
       claimed_; ///< by vertex: odd stamps for stars that are claimed, even for those that changed
   std::uint32_t claim_stamp_ = 0;

@@ -3,6 +3,7 @@
 #include "build_fixture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <catch2/catch.hpp>
@@ -31,11 +32,18 @@ struct Moving {
   /// Collapses, and returns the domain error. Only the surface is asked.
   double collapse(Vertex vs, Vertex vd) {
     REQUIRE(surface.collapse_ok(vs, vd));
-    const double error = surface.simulate(vs, vd);
+    const double error = simulate(vs, vd);
+    build::BoundarySurface::Handover handover;
+    build::BoundarySurface::take_handover(workspace, handover);
     classify(vs, vd);
     fixture.complex.collapse(vs, vd, deleted, modified);
-    surface.collapse(fixture.complex, vs, vd, modified, deleted, {});
+    surface.collapse(fixture.complex, vs, vd, modified, deleted, handover);
     return error;
+  }
+  double simulate(Vertex vs, Vertex vd) { return surface.simulate(vs, vd, workspace); }
+  BoundingBox reach(Vertex vs, Vertex vd) {
+    classify(vs, vd);
+    return surface.reach(fixture.complex, vd, modified);
   }
 
 private:
@@ -102,8 +110,8 @@ TEST_CASE("boundary: domain errors of the tent, by hand", "[build][boundary]") {
     Moving m(tent(tip));
     REQUIRE(m.surface.collapse_ok(0, 2));
     // The tip is this far from the square; the centroids of its faces are a third of that.
-    CHECK(m.surface.simulate(0, 2) == Approx(std::abs(tip)));
-    CHECK(m.surface.simulate(0, 3) == Approx(std::abs(tip)));
+    CHECK(m.simulate(0, 2) == Approx(std::abs(tip)));
+    CHECK(m.simulate(0, 3) == Approx(std::abs(tip)));
     CHECK(m.collapse(0, 2) == Approx(std::abs(tip)));
     // The corner 3 goes to the other end of the side 3 2: what is left of it is the triangle 2 4 1 behind it.
     CHECK(m.collapse(3, 2) == Approx(std::sqrt(2.0)));
@@ -127,9 +135,9 @@ TEST_CASE("boundary: centroids of faces count where no vertex leaves the surface
   f.points[0] = {-0.3, 0.3, 0};
   f.points[5] = {1, -1, -1};
   Moving m(std::move(f));
-  CHECK(m.surface.simulate(0, 2) == Approx(0.1 * std::sqrt(2.0 / 3)));
+  CHECK(m.simulate(0, 2) == Approx(0.1 * std::sqrt(2.0 / 3)));
   // To the other side of that bend: the foot of the tip is on the plane 3 4 5 or 3 5 2.
-  CHECK(m.surface.simulate(0, 3) > 0.3);
+  CHECK(m.simulate(0, 3) > 0.3);
 }
 
 TEST_CASE("boundary: bounds on the domain error, by hand", "[build][boundary]") {
@@ -158,7 +166,7 @@ TEST_CASE("boundary: bounds on the domain error, by hand", "[build][boundary]") 
   notch.points[5] = {-1, -1, 0};
   const double to_23 = 6.7 / std::hypot(0.5, 2.9), to_34 = 6.7 / std::hypot(2.5, 1.1);
   const double farthest = to_23 * to_34 / (to_23 + to_34);
-  CHECK(Moving(notch).surface.simulate(0, 2) == 0);
+  CHECK(Moving(notch).simulate(0, 2) == 0);
   CHECK(bound(notch, 2) >= farthest);
   CHECK(bound(notch, 2) <= 1.07 * farthest);
 }
@@ -185,7 +193,7 @@ TEST_CASE("boundary: bounds far from the origin are as at it", "[build][boundary
 
 TEST_CASE("boundary: distances of rounding only are none", "[build][boundary]") {
   Moving m(tent(1e-14));
-  CHECK(m.surface.simulate(0, 2) == 0);
+  CHECK(m.simulate(0, 2) == 0);
 }
 
 TEST_CASE("boundary: a surface that would cross or touch another sheet", "[build][boundary]") {
@@ -265,11 +273,18 @@ TEST_CASE("boundary: faces that were moved are met where they are now", "[build]
   Fixture upper = tent(2, 6);
   upper.points = {{1, 1, 2}, {1, 1, 6}, {1.5, 0.5, 0.8}, {1.5, 1.5, 2}, {0.5, 1.5, 0.8}, {0.5, 0.5, 2}};
   Moving m(both(lower, kTent, upper, kTent));
+  m.surface.begin_changes();
   CHECK_FALSE(m.would_intersect(6, 8));
+  const BoundingBox reach = m.reach(6, 8);
+  CHECK_FALSE(m.surface.has_moved(reach));
   REQUIRE_FALSE(m.would_intersect(0, 2));
   m.collapse(0, 2);
   CHECK(m.would_intersect(6, 8));
   CHECK_FALSE(m.would_intersect(6, 9)); // along the ridge there is room
+  CHECK(m.surface.has_moved(reach));    // so what was said has to be asked again
+  CHECK_FALSE(m.surface.has_moved(box_of(std::array{Point{5, 5, 0}, Point{6, 6, 1}})));
+  m.surface.begin_changes();
+  CHECK_FALSE(m.surface.has_moved(reach));
 }
 
 TEST_CASE("boundary: cut open where it is no manifold, and frozen there", "[build][boundary]") {
