@@ -26,7 +26,7 @@ mapfile -t record < <(sources lib/record)
 mapfile -t ground < <(sources lib/mesh lib/error)
 mapfile -t all_lib < <(sources lib)
 mapfile -t all_formats < <(sources formats)
-mapfile -t ptet_format < <(sources formats/ptet)
+mapfile -t ptet_format < <(sources formats/ptet | grep -v '/writer\.cpp$') # which the run-time library does not have
 mapfile -t paraview < <(sources tools/paraview)
 mapfile -t public < <(sources lib/include)
 

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 
+#include <oneapi/tbb/parallel_for.h>
 #include <zstd.h>
 
 namespace ptet::file {
@@ -47,6 +48,7 @@ public:
   [[nodiscard]] std::vector<std::byte> assemble(const Manifest& manifest);
 
 private:
+  [[nodiscard]] std::vector<std::byte> code_block(std::uint32_t b);
   [[nodiscard]] Content full_content();
   void take_back(Content& content);
   [[nodiscard]] std::vector<std::size_t> stream_fields() const;
@@ -379,23 +381,28 @@ void Encoding::transcribe() {
 }
 
 void Encoding::code_blocks() {
-  for (std::uint32_t b = 0; b < infos_.size(); ++b) {
-    ByteWriter out;
-    const std::span generations(order_.generation);
-    put_runs(out, generations.subspan(infos_[b].first_record, infos_[b].record_count));
-    put_others(out, b, infos_, others_[b]);
-    RangeEncoder encoder(initial_);
-    transcripts_[b].tell(encoder);
-    transcripts_[b] = {};
-    out.put_bytes(encoder.finish());
-    const std::uint64_t least = std::max(
-        (rows_[b].version_count + kMaxVersionsPerByte - 1) / kMaxVersionsPerByte,
-        static_cast<std::uint32_t>((infos_[b].record_count * vertex_bytes(fixed_.header) + kMaxValueBytesPerByte - 1) /
-                                   kMaxValueBytesPerByte));
-    while (out.size() < least)
-      out.put(std::uint8_t{0});
-    block_bytes_.push_back(out.take());
-  }
+  block_bytes_.resize(infos_.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, infos_.size(),
+                            [&](std::size_t b) { block_bytes_[b] = code_block(static_cast<std::uint32_t>(b)); });
+}
+
+/// Forgets the transcript.
+std::vector<std::byte> Encoding::code_block(std::uint32_t b) {
+  ByteWriter out;
+  const std::span generations(order_.generation);
+  put_runs(out, generations.subspan(infos_[b].first_record, infos_[b].record_count));
+  put_others(out, b, infos_, others_[b]);
+  RangeEncoder encoder(initial_);
+  transcripts_[b].tell(encoder);
+  transcripts_[b] = {};
+  out.put_bytes(encoder.finish());
+  const std::uint64_t least = std::max(
+      (rows_[b].version_count + kMaxVersionsPerByte - 1) / kMaxVersionsPerByte,
+      static_cast<std::uint32_t>((infos_[b].record_count * vertex_bytes(fixed_.header) + kMaxValueBytesPerByte - 1) /
+                                 kMaxValueBytesPerByte));
+  while (out.size() < least)
+    out.put(std::uint8_t{0});
+  return out.take();
 }
 
 std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
