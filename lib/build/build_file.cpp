@@ -3,6 +3,7 @@
 #include "build/memory_need.hpp"
 #include "build/piece_decisions.hpp"
 #include "build/process_memory.hpp"
+#include "build/threads.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/writer.hpp"
 #include "mesh/prepare.hpp"
@@ -73,6 +74,17 @@ Built collapse_all(Begun begun, const BuildOptions& options, const std::string& 
 
 const file::GivenIds* given_ids(const Built& built) {
   return built.given ? &*built.given : nullptr;
+}
+
+std::uint64_t write_file(const std::string& path, const Built& built, const BuildOptions& options,
+                         const ProgressCallback& progress) {
+  return build::Threads(options).run(
+      [&] { return file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built)); });
+}
+
+Bytes encode(const Built& built, const BuildOptions& options, const ProgressCallback& progress) {
+  return build::Threads(options).run(
+      [&] { return file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built)); });
 }
 
 class Stopwatch {
@@ -157,7 +169,7 @@ BuildReport PiecesBuild::write(const std::string& path, std::vector<Bytes> decid
   const Stopwatch time;
   BuildReport report;
   const Built built = impl_->finish(std::move(decided), source_name, source_hash, report, progress);
-  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built));
+  report.file_bytes = write_file(path, built, impl_->options, progress);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
   return report;
@@ -171,7 +183,7 @@ std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, Bui
   BuildReport& filled = report != nullptr ? *report : own_report;
   filled = {};
   const Built built = impl_->finish(std::move(decided), source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built));
+  std::vector<std::byte> bytes = encode(built, impl_->options, progress);
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
   filled.peak_memory_bytes = build::peak_resident_bytes();
@@ -192,7 +204,7 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
   const Stopwatch time;
   const Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
-  report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built));
+  report.file_bytes = write_file(path, built, options, progress);
   if (!options.checkpoint.path.empty()) std::filesystem::remove(options.checkpoint.path);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
@@ -213,7 +225,7 @@ std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options, B
   const Stopwatch time;
   const Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built));
+  std::vector<std::byte> bytes = encode(built, options, progress);
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
   filled.peak_memory_bytes = build::peak_resident_bytes();

@@ -12,6 +12,7 @@
 #include "build/replay.hpp"
 #include "build/report.hpp"
 #include "build/rounds.hpp"
+#include "build/threads.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -19,14 +20,8 @@
 #include <optional>
 #include <utility>
 
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/info.h>
-#include <oneapi/tbb/task_arena.h>
-
 namespace ptet::build {
 namespace {
-
-constexpr unsigned kMostThreads = 1024;
 
 template <class F>
 double seconds_of(F&& f) {
@@ -51,49 +46,38 @@ public:
 
   RecordStream run(const Decisions* decided) {
     release_freed_memory();
-    in_arena([&](oneapi::tbb::task_arena& arena) { build(arena, decided); });
+    Threads threads(options_);
+    build(threads, decided);
     report_records(prepared_, records_, report_);
     return std::move(records_);
   }
 
   /// The collapses alone.
   RecordStream collapse() {
-    in_arena([&](oneapi::tbb::task_arena& arena) { arena.execute([&] { take_rounds(); }); });
+    Threads(options_).run([&] { take_rounds(); });
     return std::move(records_);
   }
 
 private:
-  template <class Work>
-  void in_arena(Work&& work) const {
-    const int threads = options_.threads == 0 ? oneapi::tbb::info::default_concurrency()
-                                              : static_cast<int>(std::min(options_.threads, kMostThreads));
-    // More threads than cores are allowed, where they are asked for.
-    const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
-                                              static_cast<std::size_t>(threads));
-    oneapi::tbb::task_arena arena(threads);
-    work(arena);
-  }
-
-  void build(oneapi::tbb::task_arena& arena, const Decisions* decided) {
+  void build(Threads& threads, const Decisions* decided) {
     if (checkpoints_.enabled())
       identity_ = identity_of(prepared_.mesh, describe_options(options_, prepared_, fields_.fields()));
-    if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { arena.execute([&] { resume(); }); });
-    if (decided != nullptr)
-      report_.follow_seconds = seconds_of([&] { arena.execute([&] { follow_pieces(*decided); }); });
+    if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { threads.run([&] { resume(); }); });
+    if (decided != nullptr) report_.follow_seconds = seconds_of([&] { threads.run([&] { follow_pieces(*decided); }); });
     if (!collapsed_) {
-      report_.collapse_seconds = seconds_of([&] { arena.execute([&] { take_rounds(); }); });
+      report_.collapse_seconds = seconds_of([&] { threads.run([&] { take_rounds(); }); });
       collapsed_ = true;
     }
     end_collapses();
     if (options_.evaluation == Evaluation::kExact && options_.prediction != Prediction::kExact)
       report_.certify_seconds = seconds_of([&] {
-        arena.execute([&] {
+        threads.run([&] {
           certify_field_errors(
               prepared_, fields_, records_, [this](const Progress& p) { return go_on(p); }, &certified_);
         });
       });
     if (checkpoints_.enabled()) save(); // what follows takes little time, and is not kept
-    arena.execute([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, records_, progress_); });
+    threads.run([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, records_, progress_); });
   }
 
   void follow_pieces(const Decisions& decided) {
