@@ -2,7 +2,6 @@
 
 #include "build/collapse_geometry.hpp"
 #include "build/face_index.hpp"
-#include "error/closest_point.hpp"
 #include "mesh/face_plane.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
@@ -214,10 +213,7 @@ double BoundarySurface::hold(std::uint32_t sample, std::uint32_t likely, Workspa
   double nearest = std::numeric_limits<double>::infinity();
   std::uint32_t best = 0;
   const auto look_at = [&](std::uint32_t i) {
-    const Workspace::Left& face = w.left_[i];
-    const double above = dot(face.normal, p - face.x[0]); // its plane is nearer than the face
-    if (above * above >= nearest) return;
-    const double d = closest_on_triangle(p, face.x[0], face.x[1], face.x[2]).distance_sq;
+    const double d = w.left_[i].squared(p, nearest);
     if (d < nearest) {
       nearest = d;
       best = i;
@@ -238,21 +234,18 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd, Workspace& w) const {
   w.around_.clear();
   const Point& target = m.relative[vd];
   for (auto it = m.surface.cvf_iter(m.handle[vs]); it.is_valid(); ++it) {
-    Workspace::Left face{};
+    std::array<Point, 3> corners{};
     bool deleted = false;
     std::size_t i = 0;
     for (auto v = m.surface.cfv_iter(*it); v.is_valid(); ++v, ++i) {
       const Vertex x = m.surface.data(*v).mesh_vertex;
       deleted |= x == vd;
-      face.x[i] = x == vs ? target : m.relative[x];
+      corners[i] = x == vs ? target : m.relative[x];
     }
     w.around_.push_back(
         {m.surface.data(*it).first_sample, deleted ? kNone : static_cast<std::uint32_t>(w.left_.size())});
     if (deleted) continue;
-    const Vec3 normal = cross(face.x[1] - face.x[0], face.x[2] - face.x[0]);
-    const double length = norm(normal);
-    if (length > 0) face.normal = (1 / length) * normal;
-    w.left_.push_back(face);
+    w.left_.emplace_back(corners);
     w.coarse_.push_back(static_cast<std::uint32_t>(it->idx()));
   }
   double worst_sq = hold(vs, kNone, w);

@@ -11,6 +11,7 @@
 
 #include "build/boundary_pieces.hpp"
 #include "build/working_complex.hpp"
+#include "error/triangle_distance.hpp"
 #include "mesh/box_tree.hpp"
 
 #include <memory>
@@ -56,16 +57,12 @@ public:
 
   private:
     friend class BoundarySurface;
-    struct Left {
-      std::array<Point, 3> x;
-      Point normal; ///< of length 1; 0 when the face is degenerate
-    };
     struct Around {
       std::uint32_t first_sample; ///< that the face holds
       std::uint32_t left;         ///< what becomes of it; kNone when it goes
     };
 
-    std::vector<Left> left_;
+    std::vector<TriangleDistance> left_;
     std::vector<Around> around_;
     std::vector<Held> held_;
     std::optional<BoundaryPieces::Division> division_;
