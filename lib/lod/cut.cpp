@@ -1,6 +1,7 @@
 #include "lod/cut.hpp"
 
 #include "lod/budget.hpp"
+#include "lod/pace_of_loading.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -129,7 +130,7 @@ private:
     for (const auto& [key, b] : by_key) {
       if (key < reach) break;
       if (set[b] != 0) continue;
-      std::vector<std::uint32_t> added = hierarchy_.loader().add(set, b, none);
+      std::vector<std::uint32_t> added = hierarchy_.loader().needs().add(set, b, none);
       std::sort(added.begin(), added.end());
       order.insert(order.end(), added.begin(), added.end());
     }
@@ -154,35 +155,29 @@ private:
     PaceOfLoading pace;
     for (std::size_t next = 0; next < order.size() && !is_time_up_;) {
       const auto begin = Clock::now();
-      BlockSet wanted = cut_.read;
-      double work = 0;
+      PartToLoad part(hierarchy_.loader().needs(), loaded, cut_.read);
       for (; next < order.size(); ++next) {
         if (is_late(tets)) {
           is_time_up_ = true;
-          if (waits && work > 0) intersect(wanted, loaded);
+          if (waits) part.keep_loaded();
           break;
         }
-        if (wanted[order[next]] != 0) continue;
-        const std::vector<std::uint32_t> added = hierarchy_.loader().add(wanted, order[next], lost);
-        if (added.empty()) cut_.missing[order[next]] = 1;
-        double more = 0;
-        for (const std::uint32_t b : added)
-          if (loaded[b] == 0) more += hierarchy_.loader().work_of(b);
-        if (waits && more > 0 && !pace.has_time_for(work, more)) {
-          is_time_up_ = work == 0;
-          for (const std::uint32_t b : added)
-            wanted[b] = 0;
+        if (part.blocks()[order[next]] != 0) continue;
+        const auto added = part.add(order[next], lost, waits ? &pace : nullptr);
+        if (!added) {
+          is_time_up_ = part.work() == 0;
           break;
         }
-        work += more;
-        for (const std::uint32_t b : added)
+        if (added->empty()) cut_.missing[order[next]] = 1;
+        for (const std::uint32_t b : *added)
           if (waits || loaded[b] != 0) tets += tets_per_record * blocks_[b].record_count;
       }
-      cut_.read = wanted;
+      cut_.read = part.blocks();
       read(cut_.read);
       for (std::size_t b = 0; b < lost.size(); ++b)
-        if (wanted[b] != cut_.read[b]) lost[b] = 1;
-      if (work > 0) pace.note(work, std::chrono::duration<double>(Clock::now() - begin).count(), seconds_left(tets));
+        if (part.blocks()[b] != cut_.read[b]) lost[b] = 1;
+      if (part.work() > 0)
+        pace.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count(), seconds_left(tets));
     }
     return std::find(lost.begin(), lost.end(), 1) != lost.end();
   }

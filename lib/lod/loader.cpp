@@ -1,5 +1,7 @@
 #include "lod/loader.hpp"
 
+#include "lod/pace_of_loading.hpp"
+
 #include <algorithm>
 #include <thread>
 #include <utility>
@@ -175,40 +177,22 @@ bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cance
 
 /// Of the set what is neither loaded nor lost, nor needs what is lost. Returns false when it left some for later.
 bool Loader::load_some(TimedLoad& load, const BlockSet& closed) {
-  std::deque<std::uint32_t> left;
-  for (const std::uint32_t b : members(closed))
-    if (load.loaded[b] == 0) left.push_back(b);
+  const std::vector<std::uint32_t> wanted = members(closed);
   PaceOfLoading pace;
-  while (true) {
+  for (auto next = wanted.begin();;) {
     const auto begin = Clock::now();
-    BlockSet part = load.loaded;
-    double work = 0;
-    for (; !left.empty(); left.pop_front()) {
-      if (part[left.front()] != 0) continue;
-      const std::vector<std::uint32_t> added = needs_.add(part, left.front(), load.lost);
-      double more = 0;
-      for (const std::uint32_t b : added)
-        more += work_of(b);
-      if (added.empty() || pace.has_time_for(work, more)) {
-        work += more;
-        continue;
-      }
-      if (work == 0) return false;
-      for (const std::uint32_t b : added)
-        part[b] = 0;
-      break;
-    }
-    if (work == 0) return true;
-    const BlockSet wanted = part;
+    const BlockSet before = load.loaded;
+    PartToLoad part(needs_, before, before);
+    while (next != wanted.end() && part.add(*next, load.lost, &pace))
+      ++next;
+    if (part.work() == 0) return next == wanted.end();
     load.has_tried = true;
-    const bool is_free = load_when_free(part, load.until, load.cancellation);
-    if (is_free)
-      for (std::size_t b = 0; b < part.size(); ++b)
-        if (wanted[b] != part[b]) load.lost[b] = 1;
-    load.loaded = std::move(part);
-    if (!is_free) return false;
+    load.loaded = part.blocks();
+    if (!load_when_free(load.loaded, load.until, load.cancellation)) return false;
+    for (std::size_t b = 0; b < load.lost.size(); ++b)
+      if (part.blocks()[b] != load.loaded[b]) load.lost[b] = 1;
     const auto now = Clock::now();
-    pace.note(work, std::chrono::duration<double>(now - begin).count(),
+    pace.note(part.work(), std::chrono::duration<double>(now - begin).count(),
               std::chrono::duration<double>(load.until - now).count());
   }
 }
