@@ -75,7 +75,8 @@ public:
   using Shortfall = ptet::Shortfall;
   /// See BlockLosses.
   [[nodiscard]] Shortfall explain(const BlockSet& missing) const { return losses_.explain(missing); }
-  /// Whether it is no use to go on to blocks that follow `missing`: these are still to be read, or memory is short.
+  /// Whether who lacks these blocks had better not go on to further ones: they are still to be read, or memory is
+  /// short.
   [[nodiscard]] bool waits_for(const BlockSet& missing) const;
 
   /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what the
@@ -121,12 +122,12 @@ private:
 
   [[nodiscard]] std::unique_lock<std::timed_mutex> wait_for_others(std::optional<Clock::time_point> until,
                                                                    Cancellation* cancellation);
-  /// What is to be loaded in time, as far as it is done.
+  /// A load() that is to be done by some time.
   struct TimedLoad {
-    BlockSet loaded, lost;
+    BlockSet loaded, lost; ///< what it has so far, and what could not be had
     Clock::time_point until;
     Cancellation* cancellation = nullptr;
-    bool has_tried = false;
+    bool has_tried = false; ///< whether it has begun to read or decode anything
   };
   [[nodiscard]] bool load_some(TimedLoad& load, const BlockSet& closed);
   void load_now(BlockSet& set, Cancellation* cancellation);
@@ -157,8 +158,7 @@ private:
 
   ContentLock lock_;
   std::uint64_t revision_ = 0;         ///< under the content's lock
-  std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew;
-                                       /// < changes under the content's lock
+  std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew; changes under the content's lock
 
   std::mutex turn_;
   BlockSet in_use_; ///< by the owner of the turn
