@@ -32,7 +32,7 @@ private:
   std::size_t count_ = 0;
 };
 
-/// Adds to `sums`, one per governing field, what the records of a block that are not in the cut contribute. A block of
+/// Sets `sums`, one per governing field, to what the records of a block that are not in the cut contribute. A block of
 /// which some records are in the cut and some are not must be loaded. The lock must be held.
 void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& applied, std::size_t block,
                         std::span<SquaredErrorSum> sums);

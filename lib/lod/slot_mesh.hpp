@@ -91,6 +91,7 @@ private:
   std::uint32_t add_vertex(VertexId v);
   void remove_vertex(VertexId v);
   void replace(Place place, std::uint32_t from, std::uint32_t to);
+  void move_places(const std::vector<std::uint32_t>& tet, const std::vector<std::uint32_t>& face);
   void settle();
   void find_creators(const std::vector<char>& applied);
   void set_creator(std::uint32_t tet_slot, RecordId creator);
