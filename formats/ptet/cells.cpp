@@ -14,9 +14,9 @@ namespace {
 
 using Records = std::vector<std::uint32_t>;
 
-/// Where a separator is looked for: planes with these shares of the records below them.
+/// The planes that are tried along each axis: those with these shares of the records below them.
 constexpr std::array kShares = {0.4, 0.5, 0.6};
-/// What a record too many on one side of a plane costs, against one in the separator.
+/// What makes a plane bad: each record in the separator costs 1, each that one side has more than the other this.
 constexpr double kImbalance = 0.1;
 
 class Divider {
@@ -35,13 +35,13 @@ public:
   }
 
 private:
-  /// Box of the vertices of a record and of all of its set that depend on it.
+  /// The box around the vertices of a record and of all records of the set that depend on it.
   struct Reach {
     Point least, greatest;
   };
   struct Plane {
     std::size_t axis;
-    double at; ///< what lies below is left
+    double at; ///< coordinate along the axis; what lies below it is left
   };
 
   void measure(const Records& set) {
@@ -92,7 +92,7 @@ private:
     return best;
   }
 
-  // The reach of the set's records is measured within a set that holds all that depends on them here.
+  // The reach of the records must have been measured: in `set`, or in one that has nothing more that depends on them.
   void divide(Records set) {
     const auto plane = set.size() > most_records_ ? best_plane(set) : std::nullopt;
     if (!plane) {

@@ -113,7 +113,7 @@ void Dump::annotate() {
   out_ << "header\n";
   auto header = part(0, kHeaderBytes, "header", printer(' '));
   static_cast<void>(parse_header(header));
-  // The blocks need the table, which comes behind them.
+  // The sections' contents first: the blocks are explained by the table, which stands behind them.
   for (const Section& section : sections_) {
     const auto raw =
         section.kind == static_cast<std::uint32_t>(SectionKind::kBlocks)

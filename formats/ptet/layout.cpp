@@ -331,7 +331,7 @@ std::vector<std::uint32_t> parse_runs(ByteReader& in, std::uint32_t record_count
     generation += in.get_count("generation", file_records - generation) + (generations.empty() ? 0 : 1);
     const std::uint64_t count = in.get_count("records of a generation", record_count - generations.size());
     if (count == 0) in.fail("a generation has no record");
-    // Whoever sorts by it may count on this.
+    // Bounded by the number of records, so that one may sort by counting.
     if (generation >= file_records) in.fail("generation is out of range");
     generations.insert(generations.end(), count, static_cast<std::uint32_t>(generation));
   }
@@ -354,7 +354,7 @@ OtherParents parse_others(ByteReader& in, std::uint32_t block, std::span<const B
     next += in.get_count("record", info.record_count);
     if (next >= info.record_count) in.fail("a record with other parents is not of the block");
     others.records.emplace_back(info.first_record + static_cast<std::uint32_t>(next++));
-    // Each takes two bytes at least.
+    // One of these takes two bytes at least: that bounds how many there may be before anything is allocated.
     const std::uint64_t parents = in.get_count("number of other parents", in.remaining() / 2);
     if (parents == 0) in.fail("a record with other parents has none");
     for (std::uint64_t k = 0; k < parents; ++k) {

@@ -11,9 +11,10 @@
 namespace ptet::file {
 namespace {
 
-/// A cut reads up to so many times the records it needs; finer levels would spread a focus over more blocks.
+/// How much larger each level is than the one before. A cut that ends within a level reads up to so many times the
+/// records that it needs; with smaller steps a focus would be spread over more blocks.
 constexpr double kLevelGrowth = 1.5;
-/// Size of a cell, all levels together. Of smaller ones a focus needs less, but there are more and shorter blocks.
+/// Blocks in a cell, all levels together. With smaller cells a focus reads less, but blocks are more and shorter.
 constexpr std::size_t kBlocksPerCell = 8;
 
 /// Every third bit of the result is one of the 21 bits of `x`.
@@ -44,7 +45,8 @@ void order_base(const RecordStream& records, const std::vector<std::uint64_t>& c
   order.base_vertex_count = static_cast<std::uint32_t>(order.mesh_vertex.size());
 }
 
-/// Lengths of the longest chains of dependencies that end at each record, from the coarsest.
+/// For each record the length of the longest chain of records, from one without parents to it, each a parent of the
+/// next.
 std::vector<std::uint32_t> generations_of(const RecordStream& records, const std::vector<std::uint32_t>& consumers) {
   std::vector<std::uint32_t> generation(records.size());
   for (std::size_t i = records.size(); i-- > 0;) {
@@ -54,7 +56,7 @@ std::vector<std::uint32_t> generations_of(const RecordStream& records, const std
   return generation;
 }
 
-/// The largest error code of each record, and of all that depend on it: the size of error at which it is needed.
+/// For each record the largest error code of it and of all that depend on it: cuts with smaller errors need it.
 std::vector<ErrorCode16> needed_at(const RecordStream& records, const std::vector<std::uint32_t>& consumers) {
   const std::size_t fields = records.fields.size();
   std::vector<ErrorCode16> code(records.size());
@@ -83,9 +85,9 @@ std::vector<std::uint32_t> by_error(const RecordStream& records, const std::vect
   return order;
 }
 
-/// Records by their rank in that order or from the last collapse to the first, whichever is less: a cut by error and
-/// one by budget, of n records, both find theirs among the first 2n. A record's parents are before it in either order,
-/// so here, too.
+/// Two orders in one: each record stands by its rank in by_error() or among the collapses from the last to the first,
+/// whichever is less. So a cut of n records, by error or by a budget, finds them among the first 2n. A record's parents
+/// come before it in both orders, and so they do here.
 std::vector<std::uint32_t> coarse_to_fine(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
                                           const std::vector<std::uint32_t>& generation) {
   std::vector<std::uint32_t> order = by_error(records, consumers, generation);

@@ -18,7 +18,7 @@ constexpr std::uint64_t kBytesPerRecord = 128;  // tables by record, boxes of st
 constexpr std::uint64_t kBytesPerBaseTet = 320; // with its ghosts, and the sorting of faces that joins them
 constexpr std::uint64_t kBytesPerVersion = 64;  // corners, state, a place among the present ones, parents
 
-/// Calls `f`; what it says of a corrupt file gets a place in the file if it has none.
+/// Calls `f`. An Error(kCorruptFile) that it throws without a byte offset is thrown on with `offset`.
 template <class F>
 decltype(auto) at_offset(std::uint64_t offset, F&& f) {
   try {
@@ -70,7 +70,7 @@ std::uint64_t Reader::requests() const {
   return decoding_->reader.requests();
 }
 
-/// Throws, unless there is somebody to tell.
+/// Tells who listens to violations; throws where nobody does.
 void Reader::violated(Violation violation) const {
   const Violations& violations = decoding_->violations;
   if (violations) {
@@ -198,7 +198,7 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
   }
 }
 
-// As the blocks and the base make it. A header that says otherwise is met once, at the block decoded last.
+// Whether the mesh of all records is what the header says of the original; can be told once all blocks are decoded.
 void Reader::check_whole(const Content& content) const {
   if (content.refinement.applied_count() != header_.record_count) return;
   std::uint64_t tets = header_.base_tet_count;
@@ -250,7 +250,7 @@ std::vector<FetchedBlock> Reader::fetch(std::span<const std::uint32_t> blocks, c
 InputOrder Reader::read_input_order() const {
   const Decoding& d = *decoding_;
   const Section& section = d.input_order;
-  // As stored, expanded, and the numbers.
+  // The bytes as stored, the same expanded, and the numbers that they stand for.
   const std::uint64_t bytes = section.stored_bytes + 3 * section.raw_bytes;
   if (bytes > d.limits.max_bytes - d.claimed) {
     throw Error(ErrorCode::kLimit, "the input order would take " + std::to_string(bytes) +
@@ -321,7 +321,7 @@ Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) 
       open.greatest.fill(-std::numeric_limits<double>::infinity());
     });
   }
-  // What is told of a file that is wrong is told in the order of the specification.
+  // Violations are to be told in the order of the specification, whatever order decodes fastest.
   if (d.violations) {
     std::sort(batching->runs.begin(), batching->runs.end(), [](const Run& a, const Run& b) {
       return std::pair(a.generation, a.open_block) < std::pair(b.generation, b.open_block);

@@ -12,10 +12,10 @@ namespace {
 constexpr std::uint64_t kBytesPerManifestByte = 128; // a byte can stand for two empty texts
 constexpr std::uint64_t kBytesPerArrayByte = 256;    // and for a column
 constexpr std::uint64_t kBytesPerTableByte = 24;
-/// Of a file with the mandatory sections: directory and footer.
+/// Bytes of directory and footer in a file with the mandatory sections only; read at once, more if there are others.
 constexpr std::uint64_t kEndBytes = kFooterBytes + 6 * kSectionBytes;
 
-/// Null where there is none, which only a section that is not mandatory may be.
+/// Null where there is none. Throws where a mandatory section is missing, or there are two of the kind.
 const Section* find_section(const std::vector<Section>& sections, SectionKind kind, std::uint64_t offset) {
   const auto is_wanted = [&](const Section& section) { return section.kind == static_cast<std::uint32_t>(kind); };
   const auto found = std::find_if(sections.begin(), sections.end(), is_wanted);
@@ -98,7 +98,7 @@ private:
   void violated(const std::string& what, std::optional<std::uint64_t> offset) const {
     reader_.violated({what, offset, {}, {}, {}});
   }
-  /// One that every file has.
+  /// A mandatory section, which every file has.
   [[nodiscard]] const Section& section(SectionKind kind) const {
     return *find_section(sections_, kind, footer_.directory_offset);
   }
@@ -173,7 +173,7 @@ void Reader::Opening::read_directory() {
   if (end != footer_.directory_offset) fail_file("the sections do not end where the directory begins", end);
 }
 
-/// Those that opening needs, in few requests.
+/// Reads the sections that opening needs, in few requests.
 void Reader::Opening::fetch_sections() {
   std::vector<ByteRange> ranges;
   for (const SectionKind kind :

@@ -12,200 +12,23 @@
 // Everything used to predict is the same in every closed set of loaded blocks.
 #pragma once
 
-#include "formats/ptet/range_coder.hpp"
+#include "formats/ptet/error_codec.hpp"
+#include "formats/ptet/number_codec.hpp"
 #include "formats/ptet/reader.hpp"
 #include "formats/ptet/schema.hpp"
+#include "formats/ptet/seed_codec.hpp"
 #include "mesh/scalar_dispatch.hpp"
+#include "mesh/vec3.hpp"
 
+#include <algorithm>
+#include <array>
 #include <bit>
-#include <cfloat>
 #include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
 
 namespace ptet::file {
-
-static_assert(FLT_EVAL_METHOD == 0 || FLT_EVAL_METHOD == 1,
-              "doubles have to be computed with as such (32-bit x86: -msse2 -mfpmath=sse)");
-
-[[noreturn]] inline void fail_record(RecordId r, const char* what) {
-  throw Error(ErrorCode::kCorruptFile, "record " + std::to_string(r.index()) + " is corrupt: " + what);
-}
-
-/// Whether a coder is on the reader's side, where values are not known before.
-template <class Coder>
-inline constexpr bool kReads = std::is_same_v<Coder, RangeDecoder>;
-
-// ---- numbers ----
-
-/// The bits of `value` below 2^levels, high one first, in a tree of 2^levels contexts.
-template <class Coder>
-std::uint32_t code_tree(Coder& coder, std::uint32_t first_context, unsigned levels, std::uint32_t value) {
-  if constexpr (kReads<Coder>) return coder.tree(first_context, levels) - (1U << levels);
-  std::uint32_t node = 1;
-  for (unsigned level = levels; level-- > 0;) {
-    node = node << 1 | (coder.bit(first_context + node, (value >> level & 1) != 0) ? 1U : 0U);
-  }
-  return node - (1U << levels);
-}
-
-/// The bits of `value` below its leading one, given its length: the top two by contexts, the rest as they are.
-template <class Coder>
-std::uint64_t code_mantissa(Coder& coder, std::uint32_t first_context, unsigned length, std::uint64_t value) {
-  if (length < 2) return length;
-  const std::uint32_t context = first_context + 3 * length;
-  unsigned left = length - 1;
-  const bool high = coder.bit(context, (value >> --left & 1) != 0);
-  std::uint64_t result = high ? 3 : 2;
-  if (left > 0) {
-    --left;
-    result = result << 1 | (coder.bit(context + (high ? 2 : 1), (value >> left & 1) != 0) ? 1U : 0U);
-  }
-  const std::uint64_t rest = left == 0 ? 0 : coder.raw(left, value & ((std::uint64_t{1} << left) - 1));
-  return result << left | rest;
-}
-
-/// An unsigned number below 2^31: Schema::kUintContexts contexts.
-template <class Coder>
-std::uint32_t code_uint(Coder& coder, std::uint32_t first_context, std::uint32_t value) {
-  const std::uint32_t length = code_tree(coder, first_context, 5, static_cast<std::uint32_t>(std::bit_width(value)));
-  return static_cast<std::uint32_t>(code_mantissa(coder, first_context + 32, length, value));
-}
-
-/// A signed one: 32 contexts more, for the sign by length.
-template <class Coder>
-std::int64_t code_int(Coder& coder, std::uint32_t first_context, std::int64_t value) {
-  const auto magnitude = code_uint(coder, first_context, static_cast<std::uint32_t>(value < 0 ? -value : value));
-  if (magnitude == 0) return 0;
-  const bool negative = coder.bit(
-      first_context + Schema::kUintContexts + static_cast<std::uint32_t>(std::bit_width(magnitude)), value < 0);
-  return negative ? -static_cast<std::int64_t>(magnitude) : static_cast<std::int64_t>(magnitude);
-}
-
-/// The rank of the scalar that is to be coded, where it is known.
-template <class Coder>
-std::uint64_t known_rank(const Column& column, const std::byte* at) {
-  if constexpr (kReads<Coder>) return 0;
-  return load_rank(column.type, at);
-}
-
-/// A difference modulo 2^64, as sign and magnitude, in the contexts of a column and a spread.
-template <class Coder>
-std::uint64_t code_difference(Coder& coder, const Column& column, std::uint64_t spread, std::uint64_t difference,
-                              RecordId r) {
-  const unsigned spread_class =
-      std::min(static_cast<unsigned>(std::bit_width(spread)), column.bits > 32 ? 64U : 32U) / 2;
-  const bool negative = static_cast<std::int64_t>(difference) < 0;
-  const std::uint64_t magnitude = negative ? 0 - difference : difference;
-  const std::uint32_t length = code_tree(coder, column.length + (spread_class << column.length_levels),
-                                         column.length_levels, static_cast<std::uint32_t>(std::bit_width(magnitude)));
-  if (length == 0) return 0;
-  if (length > (column.bits > 32 ? 64U : 32U)) fail_record(r, "a number has too many bits");
-  const bool is_negative = coder.bit(column.sign, negative);
-  const std::uint64_t coded = code_mantissa(coder, column.mantissa, length, magnitude);
-  return is_negative ? 0 - coded : coded;
-}
-
-/// A scalar by its rank, given a prediction and how far the numbers it was made from lie apart.
-template <class Coder>
-std::uint64_t code_scalar(Coder& coder, const Column& column, double predicted, double spread, std::uint64_t rank,
-                          RecordId r) {
-  if (column.decimals) {
-    std::optional<std::int64_t> exact;
-    if constexpr (!kReads<Coder>) exact = column.decimals->exact(rank);
-    if (!coder.bit(column.escape, !exact.has_value())) {
-      const std::int64_t from = column.decimals->nearest(predicted);
-      const std::int64_t apart = column.decimals->nearest(predicted + spread) - from;
-      const std::uint64_t difference =
-          code_difference(coder, column, static_cast<std::uint64_t>(apart < 0 ? -apart : apart),
-                          static_cast<std::uint64_t>(exact.value_or(0)) - static_cast<std::uint64_t>(from), r);
-      const auto coded =
-          column.decimals->value_rank(static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + difference));
-      if (!coded) fail_record(r, "a decimal number is out of range");
-      return *coded;
-    }
-  }
-  const std::uint64_t from = rank_of(column.type, predicted);
-  const std::uint64_t apart = rank_of(column.type, predicted + spread) - from;
-  const unsigned unused = 64 - column.bits;
-  // The difference modulo 2^bits, its sign extended.
-  const auto difference = static_cast<std::uint64_t>(static_cast<std::int64_t>((rank - from) << unused) >> unused);
-  const auto apart_signed = static_cast<std::int64_t>(apart << unused) >> unused;
-  const std::uint64_t coded = code_difference(
-      coder, column, static_cast<std::uint64_t>(apart_signed < 0 ? -apart_signed : apart_signed), difference, r);
-  return ((from + coded) << unused) >> unused;
-}
-
-// ---- a block ----
-
-/// Where a seed is found: version `fine` of the list of F(p), p the `index`-th record of a block; or version `index`
-/// of the base. `corner`: of the target in that version.
-struct Seed {
-  std::uint32_t source = 0; ///< 0: this block; 1 ..: BlockInfo::needs; behind them: the base
-  std::uint32_t index = 0;
-  std::uint32_t fine = 0;
-  std::uint32_t corner = 0;
-};
-
-/// What the coding of a block's next record depends on, the contexts aside.
-struct BlockState {
-  std::uint32_t block = 0;
-  std::vector<std::uint32_t> recent;     ///< sources, the one used last in front
-  std::vector<std::uint32_t> last_index; ///< by source
-  std::uint32_t last_rank = 0;
-  std::vector<std::int32_t> last_own; ///< by error code
-  std::vector<char> last_own_zero, last_above_zero;
-  /// By governing array: the sign of the last squared error (1: positive, 2: negative). For both signs how much above
-  /// its estimate it has been of late, in 1/16 codes, and the last code where the own error was 0.
-  std::vector<std::uint8_t> last_squared_sign;
-  std::vector<std::array<std::int32_t, 2>> squared_drift, last_squared;
-
-  BlockState(std::uint32_t block_number, std::size_t needs, std::size_t codes)
-      : block(block_number), recent(needs + 2), last_index(needs + 2), last_own(codes, 1280), last_own_zero(codes),
-        last_above_zero(codes), last_squared_sign(codes - 1), squared_drift(codes - 1, {-960, -960}),
-        last_squared(codes - 1, {800, 800}) {
-    for (std::size_t i = 0; i < recent.size(); ++i)
-      recent[i] = static_cast<std::uint32_t>(i);
-  }
-  void note(const Seed& seed, std::uint32_t rank) {
-    last_rank = rank;
-    recent.erase(recent.begin() + rank);
-    recent.insert(recent.begin(), seed.source);
-    last_index[seed.source] = seed.index;
-  }
-};
-
-template <class Coder>
-void code_seed(Coder& coder, const Schema& schema, const BlockState& state, const BlockInfo& block,
-               const Refinement& refinement, std::span<const BlockInfo> blocks, Seed& seed, std::uint32_t& rank,
-               RecordId r) {
-  const auto found = std::find(state.recent.begin(), state.recent.end(), seed.source);
-  rank = code_uint(coder, schema.source + (state.last_rank == 0 ? 0 : Schema::kUintContexts),
-                   static_cast<std::uint32_t>(found - state.recent.begin()));
-  if (rank >= state.recent.size()) fail_record(r, "its seed is in no block that this one needs");
-  seed.source = state.recent[rank];
-  const bool own_block = seed.source == 0;
-  const std::int64_t last = state.last_index[seed.source];
-  const std::int64_t index =
-      last + code_int(coder, schema.index + (own_block ? 0 : Schema::kUintContexts + 32), seed.index - last);
-  if (index < 0 || index > 0x7FFFFFFF) fail_record(r, "its seed is out of range");
-  seed.index = static_cast<std::uint32_t>(index);
-
-  if (seed.source == block.needs.size() + 1) {
-    if (seed.index >= refinement.base_version_count()) fail_record(r, "its seed is no tet of the base");
-    seed.corner = code_tree(coder, schema.corner, 2, seed.corner);
-    return;
-  }
-  const BlockInfo& home = own_block ? block : blocks[block.needs[seed.source - 1]];
-  if (seed.index >= home.record_count) fail_record(r, "its seed is of no record");
-  const RecordId parent{home.first_record + seed.index};
-  if (!refinement.applied(parent)) fail_record(r, "its seed is of a record not yet decoded");
-  const std::uint32_t fine = seed.fine;
-  seed.fine = code_tree(coder, schema.fine + (own_block ? 0 : 32), 5, std::min(fine, 31U));
-  if (seed.fine == 31) seed.fine += code_uint(coder, schema.fine_rest, fine - 31);
-  if (seed.fine >= refinement.fine_count(parent)) fail_record(r, "its seed is not among the tets of its record");
-  seed.corner = code_tree(coder, schema.corner + 4, 2, seed.corner);
-}
-
-// ---- records ----
 
 /// What the reader's side knows of a record before: nothing.
 struct NothingKnown {
@@ -266,11 +89,12 @@ public:
     weigh_link(content);
     code_arrays(coder, content, r);
     account(coder, bits_.arrays);
-    code_errors(coder, state, content, r);
+    code_errors(coder, schema_, state, content, r, at_boundary_, missed_);
     account(coder, bits_.errors);
-    if (schema_.has_squared_errors) code_squared_errors(coder, state, content, r);
+    if (schema_.has_squared_errors)
+      code_squared_errors(coder, schema_, state, content, r, six_star_volumes(content, r));
     account(coder, bits_.squared);
-    code_order(coder, state, content, r);
+    code_order(coder, schema_, blocks_[state.block].max_order, content, r);
     account(coder, bits_.order);
   }
 
@@ -368,14 +192,6 @@ private:
   bool code_growth(Coder& coder, const Content& content, const GrowthFace& face, bool joins);
   template <class Coder>
   void code_arrays(Coder& coder, Content& content, RecordId r);
-  template <class Coder>
-  void code_errors(Coder& coder, BlockState& state, Content& content, RecordId r);
-  template <class Coder>
-  void code_squared_errors(Coder& coder, BlockState& state, Content& content, RecordId r);
-  template <class Coder>
-  void code_order(Coder& coder, const BlockState& state, Content& content, RecordId r);
-  template <class Coder>
-  std::int32_t code_near(Coder& coder, std::uint32_t first_context, std::int32_t expected, std::int32_t value);
   [[nodiscard]] double six_star_volumes(const Content& content, RecordId r) const;
 
   struct Prediction {
@@ -498,16 +314,6 @@ std::optional<std::uint64_t> RecordCodec::code_same(Coder& coder, std::size_t ax
   return std::nullopt;
 }
 
-inline double dot(const Point& a, const Point& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-inline Point minus(const Point& a, const Point& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-inline Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 /// How many of `steps` have not value < step * unit; without a branch on any.
 template <std::size_t Count>
 std::uint32_t count_not_below(double value, double unit, const double (&steps)[Count]) {
@@ -520,10 +326,11 @@ std::uint32_t count_not_below(double value, double unit, const double (&steps)[C
 // Squared distance to v against that to u: a vertex near v is likely inside the region, one near u outside.
 inline RecordCodec::NearVertex RecordCodec::measure(const Content& content, VertexId v) const {
   if (v == kDummyVertex) return {{}, {}, 0, kDummyNearness, 0};
+  using vec::operator-;
   content.refinement.prefetch(v);
   prefetch_values(content, v);
   const Point at = position(content, v);
-  const Point from_u = minus(at, u_position_), from_v = minus(at, v_position_);
+  const Point from_u = at - u_position_, from_v = at - v_position_;
   const double du = dot(from_u, from_u), dv = dot(from_v, from_v);
   return {at, from_u, dv, static_cast<std::uint8_t>(count_not_below(dv, du, {0.3, 0.6, 0.9, 1.3, 2.0})), 0};
 }
@@ -532,10 +339,11 @@ inline RecordCodec::NearVertex RecordCodec::measure(const Content& content, Vert
 // the face's vertices are in near_.
 inline std::uint32_t RecordCodec::height_class(const Content& content, const GrowthFace& face, std::uint32_t a,
                                                std::uint32_t b) {
+  using vec::operator-;
   const NearVertex& c = near_[near(content, face.c)]; // may move the others
   if (near_[a].nearness == kDummyNearness || near_[b].nearness == kDummyNearness) return c.nearness;
   const Point normal = cross(near_[a].from_u, near_[b].from_u);
-  const double height = dot(normal, minus(v_position_, u_position_));
+  const double height = dot(normal, v_position_ - u_position_);
   if (c.nearness == kDummyNearness) return height > 0 ? 7 : 6;
   const double whole = dot(normal, c.from_u);
   if (!(height > 0)) return 0;
@@ -667,118 +475,17 @@ void RecordCodec::code_arrays(Coder& coder, Content& content, RecordId r) {
   }
 }
 
-/// A code by its difference from what is expected: Schema::kErrorContexts contexts.
-template <class Coder>
-std::int32_t RecordCodec::code_near(Coder& coder, std::uint32_t first_context, std::int32_t expected,
-                                    std::int32_t value) {
-  const std::int32_t difference = value - expected;
-  const auto magnitude = static_cast<std::uint32_t>(std::abs(difference));
-  const std::uint32_t length =
-      code_tree(coder, first_context, 4, static_cast<std::uint32_t>(std::bit_width(magnitude)));
-  if (length == 0) return expected;
-  const bool negative = coder.bit(first_context + 64, difference < 0);
-  const auto coded = static_cast<std::int32_t>(code_mantissa(coder, first_context + 16, length, magnitude));
-  return expected + (negative ? -coded : coded);
-}
-
-template <class Coder>
-void RecordCodec::code_errors(Coder& coder, BlockState& state, Content& content, RecordId r) {
-  const std::uint32_t codes = schema_.code_count();
-  for (std::uint32_t i = 0; i < codes; ++i) {
-    ErrorCode16& own = content.own[r.index() * std::size_t{codes} + i];
-    const bool domain = i + 1 == codes;
-    const std::uint32_t place = domain ? (at_boundary_ ? 1 : 0) : (missed_[i] > 0 ? 1 : 0);
-    const bool zero = coder.bit(schema_.own_zero + 4 * i + 2 * place + (state.last_own_zero[i] != 0 ? 1 : 0), own == 0);
-    state.last_own_zero[i] = zero ? 1 : 0;
-    std::int32_t value = 0;
-    if (!zero) {
-      const std::int32_t expected = state.last_own[i];
-      const std::int32_t above = domain ? 0 : missed_[i] - expected;
-      const std::uint32_t relation = static_cast<std::uint32_t>(std::clamp((above + 16 * 16) / 16 - 16 + 4, 0, 7));
-      const std::uint32_t first = schema_.own + (i * Schema::kErrorClasses + relation) * Schema::kErrorContexts;
-      value = code_near(coder, first, expected, own);
-      if (value < 1 || value > kMaxErrorCode) fail_record(r, "an error is out of range");
-      state.last_own[i] = value;
-    }
-    own = static_cast<ErrorCode16>(value);
-
-    ErrorCode16& monotone = content.monotone[r.index() * std::size_t{codes} + i];
-    const bool none = coder.bit(
-        schema_.above_zero + 4 * i + 2 * (zero ? 1 : 0) + (state.last_above_zero[i] != 0 ? 1 : 0), monotone == own);
-    state.last_above_zero[i] = none ? 1 : 0;
-    if (!none) {
-      const std::uint32_t more =
-          code_uint(coder, schema_.above + Schema::kUintContexts * i, static_cast<std::uint32_t>(monotone - own) - 1);
-      if (more >= static_cast<std::uint32_t>(kMaxErrorCode - value)) fail_record(r, "an error is out of range");
-      value += static_cast<std::int32_t>(more) + 1;
-    }
-    monotone = static_cast<ErrorCode16>(value);
-  }
-}
-
 inline double RecordCodec::six_star_volumes(const Content& content, RecordId r) const {
+  using vec::operator-;
   double sum = 0;
   const std::uint32_t first = content.refinement.first_fine(r).index();
   for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t) {
     const Tet& tet = content.refinement.vertices(VersionId{t});
     if (content.refinement.is_ghost(VersionId{t})) continue;
-    const Point a = minus(position(content, tet[1]), v_position_), b = minus(position(content, tet[2]), v_position_);
-    sum += std::fabs(dot(cross(a, b), minus(position(content, tet[3]), v_position_)));
+    const Point a = position(content, tet[1]) - v_position_, b = position(content, tet[2]) - v_position_;
+    sum += std::fabs(dot(cross(a, b), position(content, tet[3]) - v_position_));
   }
   return sum;
-}
-
-// About the own error squared times the volume of the star: a code of either is the same step. How much less it is, the
-// records before tell.
-template <class Coder>
-void RecordCodec::code_squared_errors(Coder& coder, BlockState& state, Content& content, RecordId r) {
-  const auto logarithm = [](double x) {
-    return x > 0 ? static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(x) >> 49) : 0;
-  };
-  constexpr std::int32_t kAtOwnScale = 1600 - 1280;
-  const std::int32_t size = logarithm(six_star_volumes(content, r)) - logarithm(schema_.volume) + kAtOwnScale;
-  const std::size_t fields = schema_.governing.size();
-  for (std::uint32_t i = 0; i < fields; ++i) {
-    const std::int32_t own = content.own[r.index() * (fields + 1) + i];
-    SquaredErrorCode& squared = content.squared_error[r.index() * fields + i];
-    std::uint8_t& last_sign = state.last_squared_sign[i];
-    const std::uint32_t no_error = own == 0 ? 1 : 0;
-    if (coder.bit(schema_.squared_zero + 4 * i + 2 * no_error + (last_sign == 0 ? 1 : 0), squared == 0)) {
-      squared = 0;
-      last_sign = 0;
-      continue;
-    }
-    const bool negative = coder.bit(schema_.squared_negative + 6 * i + 3 * no_error + last_sign, squared < 0);
-    last_sign = negative ? 2 : 1;
-    std::int32_t& drift = state.squared_drift[i][negative ? 1 : 0];
-    std::int32_t& last = state.last_squared[i][negative ? 1 : 0];
-    const std::int32_t estimate = own + size;
-    const std::int32_t expected =
-        own == 0 ? last : std::clamp<std::int32_t>(estimate + drift / 16, 1, kMaxSquaredErrorCode);
-    const std::uint32_t first = schema_.squared + (4 * i + 2 * no_error + (negative ? 1 : 0)) * Schema::kErrorContexts;
-    const std::int32_t value = code_near(coder, first, expected, std::abs(squared));
-    if (value < 1 || value > kMaxSquaredErrorCode) fail_record(r, "a squared error is out of range");
-    if (own == 0) {
-      last = value;
-    } else {
-      drift += (16 * std::clamp(value - estimate, -4096, 4096) - drift) / 8;
-    }
-    squared = static_cast<SquaredErrorCode>(negative ? -value : value);
-  }
-}
-
-// Coded by how much less it is than the least of the parents' and the largest of the block.
-template <class Coder>
-void RecordCodec::code_order(Coder& coder, const BlockState& state, Content& content, RecordId r) {
-  const std::uint32_t largest = blocks_[state.block].max_order;
-  std::uint32_t most = largest;
-  for (const RecordId parent : content.refinement.parents(r))
-    most = std::min<std::uint32_t>(most, content.order[parent.index()]);
-  const std::uint32_t below = std::min((largest - most) / 8, Schema::kOrderClasses - 1);
-  OrderCode& order = content.order[r.index()];
-  const std::uint32_t less = code_uint(coder, schema_.order + below * Schema::kUintContexts, most - order);
-  if (less > most) fail_record(r, "its order code is out of range");
-  order = static_cast<OrderCode>(most - less);
 }
 
 } // namespace ptet::file

@@ -8,7 +8,7 @@ namespace ptet::file {
 namespace {
 
 constexpr std::uint64_t kMaxContexts = 1U << 22;
-/// Components beyond share their contexts with this one.
+/// Further components of an array share their contexts with the one in this place.
 constexpr std::size_t kLastSlot = 3;
 
 } // namespace

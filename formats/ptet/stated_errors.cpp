@@ -19,14 +19,14 @@
 namespace ptet::file {
 namespace {
 
-/// Rounding in the integral of a flat version, for each time that its volume goes into the cube of its length, up to so
-/// large a part.
+/// Rounding in the integral over a version, relative, times (its length)^3 / its volume, which is large for a flat one;
+/// but no more than kMostFlatRounding.
 constexpr double kFlatRounding = 16 * std::numeric_limits<double>::epsilon();
 constexpr double kMostFlatRounding = 1e-6;
-/// Squared errors are differences of sums: by such a part of their terms they may be off. What lies elsewhere in the
-/// mesh, such as a huge value that stands for none, makes the range but no error here.
+/// A squared error is a difference of two sums, and may be off by this part of their terms. Not of the field's range: a
+/// huge value elsewhere in the mesh, such as one that stands for "no value", must not hide errors here.
 constexpr double kSquaredRelative = 1e-7;
-/// How well the distance of a face to the original boundary is told.
+/// The distance of a face to the original boundary is measured to this relative accuracy.
 constexpr double kDistanceRelative = 0.02;
 /// Records between two reports of progress.
 constexpr std::size_t kMeasureBatch = 1024;
@@ -138,8 +138,8 @@ private:
       result[i] = id_[tet[i].index()];
     return result;
   }
-  /// What rounding can make of a version's integral, relative: barycentric coordinates in a flat one are quotients by
-  /// its volume.
+  /// How far a version's integral may be off by rounding, relative: barycentric coordinates are quotients by the
+  /// volume, which is little in a flat version.
   [[nodiscard]] double rounding_of(const Tet& version) const {
     using namespace vec;
     const auto at = [&](std::size_t i) { return prepared_.points[id_[version[i].index()].index()]; };
@@ -149,7 +149,8 @@ private:
     if (!(volume > 0)) return 0;
     return std::min(kFlatRounding * length * length * length / volume, kMostFlatRounding);
   }
-  /// Attained by a point of the face; looked for until it is clear that none is beyond `enough`.
+  /// A distance to the original boundary that some point of the face has: the greatest one to kDistanceRelative, or
+  /// any less than `enough` once it is clear that none is beyond it.
   [[nodiscard]] double distance_of(const Tet& ghost, double enough) const {
     Triangle face;
     std::size_t i = 0;

@@ -14,21 +14,21 @@
 namespace ptet::file {
 namespace {
 
-/// A block that cannot be decoded makes all be decoded once more, without it. After so many the rest is left.
+/// When a block cannot be decoded all are decoded once more, without it and what needs it; so often at most.
 constexpr int kMostAttempts = 32;
 /// Records or versions between two reports of progress.
 constexpr std::uint32_t kBatch = 16384;
-/// By so much the volume may differ: it is a sum in another order.
+/// The volume may differ from the header's by this part of it, as it is summed in another order,
 constexpr double kVolumeSlack = 1e-9;
-/// And by so much of the product of three edges for each tet: its vertices may come in another order, and flat tets
-/// have hardly more volume than that.
+/// and besides, for each tet, by this part of the product of three edges: its vertices may come in another order, and
+/// flat tets have hardly more volume than what that makes.
 constexpr double kTetRounding = 2 * std::numeric_limits<double>::epsilon();
 
 void go_on(const ProgressCallback& progress, const char* stage, std::uint64_t done, std::uint64_t total) {
   if (progress && !progress({stage, done, total})) throw Error(ErrorCode::kCancelled, "the verification was cancelled");
 }
 
-/// Tells every violation once.
+/// Hands on violations, none twice.
 class Teller {
 public:
   explicit Teller(const Violations& violations) : violations_(violations) {}
@@ -43,7 +43,7 @@ private:
   std::set<std::tuple<std::string, std::optional<std::uint64_t>, Number, Number, Number>> told_;
 };
 
-/// Without the place, which a violation has by itself.
+/// What an error says, but for the place, which a violation states by itself.
 std::string text_of(const Error& error) {
   std::string text = error.what();
   if (const auto offset = error.byte_offset()) {
@@ -57,12 +57,12 @@ Violation violation_of(const Error& error) {
   return {text_of(error), error.byte_offset(), {}, {}, {}};
 }
 
-/// Only kCorruptFile is about the file.
+/// Of all errors only kCorruptFile is a finding about the file; others end the verification.
 void rethrow_unless_corrupt(const Error& error) {
   if (error.code() != ErrorCode::kCorruptFile) throw Error(error);
 }
 
-/// The hashes of all sections, those too that a reader never comes to.
+/// Checks the hashes of all sections, also of those that the reader never reaches because an earlier part is wrong.
 void check_section_hashes(ByteSource& source, Teller& tell) {
   const std::uint64_t size = source.size();
   if (size < kHeaderBytes + kFooterBytes) return;
@@ -86,7 +86,7 @@ void check_section_hashes(ByteSource& source, Teller& tell) {
     sections = parse_directory(rows, footer.section_count);
   } catch (const Error& error) {
     rethrow_unless_corrupt(error);
-    return; // the reader has met it
+    return; // told already: the reader meets it, too
   }
   for (const Section& section : sections) {
     if (section.kind == static_cast<std::uint32_t>(SectionKind::kBlocks)) continue;
@@ -152,7 +152,7 @@ private:
     });
   }
 
-  /// With a block all go that need it.
+  /// Leaves out what needs a block that is left out.
   void leave_out_dependents() {
     for (bool changed = true; changed;) {
       changed = false;
@@ -237,7 +237,7 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
   const auto wrong = [&](std::uint32_t r, const char* what) {
     tell({what, reader.blocks()[block_of[r]].offset, block_of[r], r, {}});
   };
-  // Of the domain, the last code: those of fields may have differences at vertices outside, too.
+  // Only the domain's code, the last: those of fields may also cover differences at vertices outside of the mesh.
   const auto domain_code = [&](const std::vector<ErrorCode16>& all, std::size_t r) {
     return all[r * codes + codes - 1];
   };
@@ -270,7 +270,7 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
       wrong(r, "its monotone domain error is greater than its own and those of all that depend on it");
 }
 
-/// Told once for a block: where one record is out of place, others are.
+/// Tells of one record a block: where one is out of place, others are.
 void check_order(const Verified& verified, Teller& tell) {
   const Content& content = *verified.content;
   const auto codes = morton_codes(content.positions);
@@ -311,8 +311,8 @@ VersionId fine_of(const Refinement& refinement, VersionId t, RecordId record) {
   return {};
 }
 
-/// Flat tets of the original are tolerated, and with them what they become; never anything inverted, and nothing flat
-/// that comes from a tet that was not.
+/// Every tet that ever existed must be positively oriented. Flat tets of the original are tolerated, and flat tets that
+/// a collapse made of a flat one.
 void check_orientations(Verified& verified, Teller& tell, const ProgressCallback& progress) {
   const Content& content = *verified.content;
   const Refinement& refinement = content.refinement;
@@ -337,7 +337,7 @@ void check_orientations(Verified& verified, Teller& tell, const ProgressCallback
       wrong(t, "a tet (version) is inverted");
       verified.is_oriented = false;
     } else if (creator.is_none()) {
-      ++flat_originals; // what orientation it has is for its neighbours to say
+      ++flat_originals;
     } else {
       const VersionId before = fine_of(refinement, VersionId{t}, creator);
       if (before.is_none() || orientation_of(content, refinement.vertices(before)) != 0)

@@ -197,22 +197,6 @@ bool has_area(const Point& a, const Point& b, const Point& c) {
   return normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
 }
 
-SurfaceLoss loss_in_floats(const TetMesh& mesh, const SurfaceRows& rows) {
-  SurfaceLoss loss;
-  for (const VertexId v : rows.vertices) {
-    const Point p = mesh.position(v);
-    loss.largest_move = std::max(loss.largest_move, length(in_floats(p) - p));
-  }
-  for (const auto& face : rows.faces) {
-    const auto corner = [&](std::size_t k) { return mesh.position(rows.vertices[face[k]]); };
-    const std::array<Point, 3> given = {corner(0), corner(1), corner(2)};
-    if (has_area(given[0], given[1], given[2]) &&
-        !has_area(in_floats(given[0]), in_floats(given[1]), in_floats(given[2])))
-      ++loss.degenerate_faces;
-  }
-  return loss;
-}
-
 double diagonal_of(const TetMesh& mesh, const SurfaceRows& rows) {
   if (rows.vertices.empty()) return 0;
   Point least = mesh.position(rows.vertices.front());
@@ -225,6 +209,23 @@ double diagonal_of(const TetMesh& mesh, const SurfaceRows& rows) {
     }
   }
   return length(most - least);
+}
+
+SurfaceLoss loss_in_floats(const TetMesh& mesh, const SurfaceRows& rows) {
+  SurfaceLoss loss;
+  loss.diagonal = diagonal_of(mesh, rows);
+  for (const VertexId v : rows.vertices) {
+    const Point p = mesh.position(v);
+    loss.largest_move = std::max(loss.largest_move, length(in_floats(p) - p));
+  }
+  for (const auto& face : rows.faces) {
+    const auto corner = [&](std::size_t k) { return mesh.position(rows.vertices[face[k]]); };
+    const std::array<Point, 3> given = {corner(0), corner(1), corner(2)};
+    if (has_area(given[0], given[1], given[2]) &&
+        !has_area(in_floats(given[0]), in_floats(given[1]), in_floats(given[2])))
+      ++loss.degenerate_faces;
+  }
+  return loss;
 }
 
 void write_stl(const WholeFile& file, const TetMesh& mesh, Connected& connected) {
@@ -268,9 +269,7 @@ SurfaceLoss write_surface(const std::string& path, const TetMesh& mesh, Faces fa
   else
     write_ply(file, connected.rows);
   file.commit();
-  SurfaceLoss loss = is_stl ? loss_in_floats(mesh, connected.rows) : SurfaceLoss{};
-  loss.diagonal = diagonal_of(mesh, connected.rows);
-  return loss;
+  return is_stl ? loss_in_floats(mesh, connected.rows) : SurfaceLoss{};
 }
 
 } // namespace ptet

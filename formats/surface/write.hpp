@@ -13,9 +13,9 @@
 
 namespace ptet {
 
-/// What the numbers of a format made of a surface.
+/// What the numbers of a format made of a surface. Only .stl loses anything; for the others all are 0.
 struct SurfaceLoss {
-  double largest_move = 0;            ///< of a vertex, mesh units; 0: all came out as they are
+  double largest_move = 0;            ///< of a vertex, mesh units
   double diagonal = 0;                ///< of the bounding box of the vertices that were written, mesh units
   std::uint64_t degenerate_faces = 0; ///< that had an area, and have none as they were written
 };

@@ -2,11 +2,10 @@
 // two are apart, both ways.
 //
 //   original -> face   Pieces (convex polygons, each in one original triangle) cover the original boundary, each held
-//   by
-//                      one present face. A collapse hands the pieces of the faces around vs to the faces that it leaves
-//                      there, divided where one face is not near all of a piece. In any cut the present faces hold all
-//                      of the original boundary between them, so their largest distance to what they hold is a bound on
-//                      the one-sided Hausdorff distance, whatever the cut.
+//                      by one present face. A collapse hands the pieces of the faces around vs to the faces that it
+//                      leaves there, divided where one face is not near all of a piece. In any cut the present faces
+//                      hold all of the original boundary between them, so their largest distance to what they hold is a
+//                      bound on the one-sided Hausdorff distance, whatever the cut.
 //   face -> original   The largest distance of a point of the face to the original triangles near by, or to the faces
 //                      that the collapse replaces plus their own distance. A property of the face alone.
 //

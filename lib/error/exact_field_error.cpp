@@ -138,6 +138,12 @@ private:
     }
     per_length_ = {1 / norm(e1), 1 / norm(e2), 1 / norm(e3)};
     touching_ = kTouchingPart * det / 6;
+    clear_workspace();
+    add_corners();
+    return true;
+  }
+
+  void clear_workspace() {
     w_.queue_.clear();
     w_.rows_.clear();
     w_.differences_.clear();
@@ -147,6 +153,9 @@ private:
       std::fill(w_.tet_stamp_.begin(), w_.tet_stamp_.end(), 0);
       w_.stamp_ = 2;
     }
+  }
+
+  void add_corners() {
     origin_values_ = values(version_[0]);
     w_.edges_.clear();
     for (std::size_t i = 1; i < 4; ++i)
@@ -159,7 +168,6 @@ private:
       corner.barycentric[i] = 1;
     }
     w_.differences_.resize(4 * channels_, 0.0);
-    return true;
   }
 
   /// The same with twice the digits: the determinant, 0 for a version that is flat or that these do not tell from one
@@ -248,10 +256,7 @@ private:
         row.barycentric[i] = dot(plane_[i - 1], from_origin);
       row.barycentric[0] = 1 - row.barycentric[1] - row.barycentric[2] - row.barycentric[3];
     }
-    const double b1 = row.barycentric[1];
-    const double b2 = row.barycentric[2];
-    const double b3 = row.barycentric[3];
-    const double* const at_v = values(v);
+    const std::array<double, 4> unrounded = row.barycentric;
     // What lies on a plane of the version is not to be seen within: it may belong to what is on its other side, as at a
     // crack, where the field has another value.
     const double zero = std::min(kMostPlaneRounding, rounding_ * (std::abs(from_origin[0]) + std::abs(from_origin[1]) +
@@ -261,19 +266,29 @@ private:
     row.beyond = static_cast<std::uint8_t>(not_positive(row.barycentric));
     row.strictly_beyond = static_cast<std::uint8_t>(negative(row.barycentric));
     w_.rows_.push_back(row);
+    add_differences(v, unrounded, fine, norm(from_origin));
+  }
+
+  /// `b`, `fine`: the barycentric coordinates of the vertex, the latter of a flat version. `length`: its distance from
+  /// corner 0.
+  void add_differences(std::uint32_t v, const std::array<double, 4>& b, const std::array<DoubleDouble, 4>& fine,
+                       double length) {
+    const double b1 = b[1];
+    const double b2 = b[2];
+    const double b3 = b[3];
+    const double* const at_v = values(v);
     const std::size_t begin = w_.differences_.size();
     w_.differences_.resize(begin + channels_);
     double* const differences = w_.differences_.data() + begin;
     const double* const e1 = w_.edges_.data();
     const double* const e2 = e1 + channels_;
     const double* const e3 = e2 + channels_;
-    const double length = norm(from_origin);
-    const auto rounding = [&](double b, std::size_t i) {
-      return kValueRounding * std::abs(b) + shape_rounding_ * (length * per_length_[i] + std::abs(b));
+    const auto rounding = [&](double b_i, double per_length) {
+      return kValueRounding * std::abs(b_i) + shape_rounding_ * (length * per_length + std::abs(b_i));
     };
-    const double r1 = rounding(b1, 0);
-    const double r2 = rounding(b2, 1);
-    const double r3 = rounding(b3, 2);
+    const double r1 = rounding(b1, per_length_[0]);
+    const double r2 = rounding(b2, per_length_[1]);
+    const double r3 = rounding(b3, per_length_[2]);
     double sum = 0;
     for (std::size_t c = 0; c < channels_; ++c) {
       const double own = at_v[c] - origin_values_[c];

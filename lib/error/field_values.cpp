@@ -1,5 +1,6 @@
 #include "error/field_values.hpp"
 
+#include "error/power_of_two.hpp"
 #include "mesh/value_offset.hpp"
 
 #include <algorithm>
@@ -8,8 +9,8 @@
 namespace ptet {
 namespace {
 
-/// Below this range what is lost of a value is less than 2^-1074 times this, and far below what any error code tells.
-constexpr int kHarmlessExponent = 500;
+/// Up to this unit what is lost of a value is at most 2^-1074 times this, and far below what any error code tells.
+constexpr double kHarmlessUnit = 0x1p500;
 
 } // namespace
 
@@ -23,16 +24,16 @@ FieldValues::FieldValues(const TetMesh& mesh, std::span<const std::uint32_t> arr
   std::size_t channel = 0;
   for (std::size_t f = 0; f < arrays.size(); ++f) {
     const PointArray& array = mesh.point_arrays[arrays[f]];
-    const int exponent = std::ilogb(ranges[f]);
-    scale_.push_back(std::ldexp(1.0, exponent) / ranges[f]);
+    const double unit = power_of_two_below(ranges[f]);
+    scale_.push_back(unit / ranges[f]);
     for (std::uint32_t component = 0; component < array.components; ++component, ++channel) {
       if (vertices == 0) continue;
       const ValueOffset offset(array, 0, component);
       for (std::uint32_t v = 0; v < vertices; ++v) {
         const double value = offset.value(array, v, component);
-        const double scaled = std::ldexp(value, -exponent);
+        const double scaled = value / unit;
         values_[v * channels + channel] = scaled;
-        if ((exponent > kHarmlessExponent && std::ldexp(scaled, exponent) != value) || !std::isfinite(scaled))
+        if ((unit > kHarmlessUnit && scaled * unit != value) || !std::isfinite(scaled))
           first_losing_digits_ = std::min(first_losing_digits_, f);
       }
     }

@@ -1,6 +1,7 @@
 #include "error/mesh_comparison.hpp"
 
 #include "error/comparison_parts.hpp"
+#include "error/power_of_two.hpp"
 #include "error/tet_overlap.hpp"
 #include "mesh/face_plane.hpp"
 
@@ -218,7 +219,7 @@ MeshComparison::MeshComparison(const ComparedMesh& original, const ComparedMesh&
 
 /// Divides the values of fields whose squares would be 0 or infinite by a power of two.
 void MeshComparison::scale_values() {
-  constexpr int kHarmless = 300; // in exponents of 2
+  constexpr double kLeastHarmless = 0x1p-300, kMostHarmless = 0x1p300;
   scale_.assign(components_.size(), 1);
   std::vector<double> by_channel;
   std::size_t channel = 0;
@@ -228,7 +229,8 @@ void MeshComparison::scale_values() {
       for (std::size_t row = 0; row < values.size(); row += channel_count_)
         for (std::size_t c = channel; c < channel + components_[f]; ++c)
           if (std::isfinite(values[row + c])) most = std::max(most, std::abs(values[row + c]));
-    if (most > 0 && std::abs(std::ilogb(most)) > kHarmless) scale_[f] = std::ldexp(1.0, std::ilogb(most));
+    const double unit = most > 0 ? power_of_two_below(most) : 1;
+    if (unit < kLeastHarmless || unit > kMostHarmless) scale_[f] = unit;
     by_channel.insert(by_channel.end(), components_[f], scale_[f]);
     channel += components_[f];
   }

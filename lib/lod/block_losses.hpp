@@ -29,10 +29,11 @@ public:
   /// They could be had after all.
   void forget(const std::vector<std::uint32_t>& blocks);
 
-  /// Blocks that are not to be tried now: wrong bytes stay wrong; where reading failed, it may not do so the next time,
-  /// of a thread after a while.
+  /// Blocks that are not to be tried now. Those whose bytes were wrong never are again. Those that could not be read
+  /// are tried at the next request; by the thread that loads in the background after a while, lest it does nothing
+  /// else.
   [[nodiscard]] std::vector<std::uint32_t> hopeless() const;
-  /// Blocks that could not be had the last time, the longest ago first.
+  /// All blocks that could not be had when they were last tried, the one first that was tried the longest ago.
   [[nodiscard]] std::vector<std::uint32_t> failed() const;
   [[nodiscard]] Shortfall explain(const BlockSet& missing) const;
 

@@ -24,6 +24,7 @@ public:
 
   /// Blocks in all.
   [[nodiscard]] std::size_t size() const { return blocks_.size(); }
+  [[nodiscard]] const file::BlockInfo& block(std::uint32_t block) const { return blocks_[block]; }
   /// Adds every block that one of the set needs, directly or not; `open` is memory to work in.
   void close(BlockSet& set, std::vector<std::uint32_t>& open) const;
   /// Adds a block to a closed set, and what it needs that is not in it; returns all that it added. Where one of these

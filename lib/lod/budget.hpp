@@ -10,11 +10,9 @@
 
 namespace ptet {
 
-/// A record's rank in the order in which a budget is spent: the last collapse is undone first, as far as order codes
-/// tell.
-///
-/// The order code of a parent is no less than that of its child, and where they are equal the parent's generation is
-/// less: what a record needs comes before it.
+/// A record's rank in the order in which a budget is spent: the collapse that the builder made last is undone first, as
+/// far as order codes, which are rounded, tell. A record's parents always rank before it: their order codes are no less
+/// than its own, and where they are equal their generations are less.
 struct BudgetRank {
   OrderCode key = 0;
   std::uint32_t generation = 0;

@@ -10,7 +10,8 @@ std::shared_lock<std::shared_mutex> ContentLock::shared() const {
   return std::shared_lock(content_);
 }
 
-// One reader who takes long must not make the others wait at once.
+// Waiting for the readers to leave closes the gate to all further ones. So that one reader who takes long does not
+// make the others wait, the lock is only tried for a while, with the gate open in between.
 std::unique_lock<std::shared_mutex> ContentLock::alone() {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kPatience{20};

@@ -16,7 +16,7 @@ bool Creators::can_learn(const BlockSet& known) const {
   return true;
 }
 
-// For all that is loaded, known or not: the mesh may be split by it.
+// For all records that are loaded, also those not learned of: the mesh may be split by them.
 void Creators::make_room() {
   const Refinement& refinement = hierarchy_.content().refinement;
   first_.resize(refinement.place_count());

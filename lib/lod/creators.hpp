@@ -1,10 +1,15 @@
-// Which record made what stands in each place of the mesh: of those that change the place the first that is not split.
+// Which record made the tet that stands in each place of the mesh.
 //
-//   place p   brought by a --changed by--> b --changed by--> c --> by none: what c leaves there is an original tet
-//             a mesh has been split by some of these, the first ones; what stands in p was made by the next
+// As a mesh is refined, a place is brought by the split of one record (or is there in the base), and what stands in it
+// is then replaced by the splits of others, always in the same order:
 //
-//   collapse(b)   what is in p then was made by b
-//   split(b)      what is in p then was made by next(b) there: kept for each place that b changes
+//   place p   split a brings it --> split b replaces what is in it --> split c does --> none: it holds an original tet
+//
+// A tet that split b replaces is one that collapse b made. So the tet in p was made by the first record of this row
+// that is not split yet: after split a by b, after split b by c, after split c by none.
+//
+//   after collapse(b)   what is in p was made by b
+//   after split(b)      what is in p was made by next(b) there, which is kept for each place that b changes
 #pragma once
 
 #include "lod/dependency_order.hpp"
@@ -25,9 +30,9 @@ public:
 
   /// Whether `known` has all blocks learned of so far, and places still have the same names.
   [[nodiscard]] bool can_learn(const BlockSet& known) const;
-  /// Learns of the records of `known`, a closed set of loaded blocks that can_learn().
-  /// `follows(place, before, r)` is called where record `r` comes last in a place: after `before`, the record that
-  /// changed the place or brought it; none: the base did.
+  /// Learns of the records of `known`, a closed set of loaded blocks for which can_learn() holds. Calls
+  /// `follows(place, before, r)` whenever a record `r` is added to the row of a place, behind `before`; that is none
+  /// where the place is the base's and `r` the first to change it.
   template <class Follows>
   void learn(const BlockSet& known, Follows&& follows);
 

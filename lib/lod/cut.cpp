@@ -1,6 +1,7 @@
 #include "lod/cut.hpp"
 
 #include "lod/budget.hpp"
+#include "lod/pace_of_loading.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -80,10 +81,10 @@ private:
     if (read_until_) {
       read_what_there_is_time_for(set);
     } else if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr, asker_)) {
-      is_time_up_ = true; // what was not read for that is not missing
+      is_time_up_ = true; // what was left unread for want of time does not count as missing
       return;
     }
-    for (std::size_t b = 0; b < set.size(); ++b) // what failed once may be there the next time
+    for (std::size_t b = 0; b < set.size(); ++b) // both ways: what was missing before may be there now
       if (wanted[b] != 0) cut_.missing[b] = set[b] == 0 ? 1 : 0;
   }
   void read_what_there_is_time_for(BlockSet& set) {
@@ -92,7 +93,8 @@ private:
     else
       cut_.is_out_of_time = !hierarchy_.loader().load(set, *read_until_, nullptr, asker_);
   }
-  /// When to wait no longer for a thread that loads. All of the file is read whatever the time.
+  /// Until when to wait for another thread that loads. None: as long as it takes, as with origins, for which all of the
+  /// file is read whatever the time.
   [[nodiscard]] std::optional<Clock::time_point> until() const {
     constexpr double kMost = 1e6;
     if (!request_.budgets.max_seconds || request_.origins) return std::nullopt;
@@ -102,19 +104,19 @@ private:
 
   // ---- time ----
 
-  /// Whether so large a mesh can only just be put out in time.
+  /// Whether it is time to stop: a mesh of so many tets can only just be put out in what time is left.
   [[nodiscard]] bool is_late(std::uint64_t tets) const {
     if (!request_.budgets.max_seconds) return false;
     return seconds_left(tets) <= 0;
   }
-  /// To read in, where so large a mesh is to be put out afterwards.
+  /// The seconds left for reading, when a mesh of so many tets is to be put out afterwards.
   [[nodiscard]] double seconds_left(std::uint64_t tets) const {
     constexpr double kSecondsPerTet = 40e-9; // from the cut to the mesh, as a rule
     const double passed = std::chrono::duration<double>(Clock::now() - begin_).count();
     return *request_.budgets.max_seconds - passed - kSecondsPerTet * static_cast<double>(tets);
   }
 
-  /// What is promised, as far as there is time.
+  /// Reads the blocks of what is promised, as far as there is time.
   void read_promised() {
     if (!request_.budgets.max_seconds) return read(cut_.read);
     const BlocksByOrder by_key = in_order(cut_.read);
@@ -122,14 +124,14 @@ private:
     read_in_time(by_key, 0, 0);
   }
 
-  /// Blocks with a key of at least `reach`, each after what it needs, coarse ones first; less what is in `set`.
+  /// The blocks with a key of at least `reach`, but for those in `set`: those that others need before these.
   std::vector<std::uint32_t> needs_first(const BlocksByOrder& by_key, std::uint32_t reach, BlockSet set) const {
     const BlockSet none(blocks_.size(), 0);
     std::vector<std::uint32_t> order;
     for (const auto& [key, b] : by_key) {
       if (key < reach) break;
       if (set[b] != 0) continue;
-      std::vector<std::uint32_t> added = hierarchy_.loader().add(set, b, none);
+      std::vector<std::uint32_t> added = hierarchy_.loader().needs().add(set, b, none);
       std::sort(added.begin(), added.end());
       order.insert(order.end(), added.begin(), added.end());
     }
@@ -137,8 +139,8 @@ private:
   }
 
   /// Adds to cut_.read, which stays closed, the blocks with a key of at least `reach`, largest first, until the time is
-  /// up. As many are read at once as it seems there is time for. For each record `tets_per_record` are to be put out.
-  /// What could not be had is tried once more.
+  /// up. As many are read at once as it seems there is time for. `tets_per_record`: how much a record adds to the mesh
+  /// that is to be put out afterwards. What could not be had is tried once more.
   void read_in_time(const BlocksByOrder& by_key, std::uint32_t reach, std::uint64_t tets_per_record) {
     const bool has_lost = try_to_read_in_time(by_key, reach, tets_per_record);
     if (has_lost && !is_time_up_ && !hierarchy_.loader().is_in_background())
@@ -154,35 +156,29 @@ private:
     PaceOfLoading pace;
     for (std::size_t next = 0; next < order.size() && !is_time_up_;) {
       const auto begin = Clock::now();
-      BlockSet wanted = cut_.read;
-      double work = 0;
+      PartToLoad part(hierarchy_.loader().needs(), loaded, cut_.read);
       for (; next < order.size(); ++next) {
         if (is_late(tets)) {
           is_time_up_ = true;
-          if (waits && work > 0) intersect(wanted, loaded);
+          if (waits) part.keep_loaded();
           break;
         }
-        if (wanted[order[next]] != 0) continue;
-        const std::vector<std::uint32_t> added = hierarchy_.loader().add(wanted, order[next], lost);
-        if (added.empty()) cut_.missing[order[next]] = 1;
-        double more = 0;
-        for (const std::uint32_t b : added)
-          if (loaded[b] == 0) more += hierarchy_.loader().work_of(b);
-        if (waits && more > 0 && !pace.has_time_for(work, more)) {
-          is_time_up_ = work == 0;
-          for (const std::uint32_t b : added)
-            wanted[b] = 0;
+        if (part.blocks()[order[next]] != 0) continue;
+        const auto added = part.add(order[next], lost, waits ? &pace : nullptr);
+        if (!added) {
+          is_time_up_ = part.work() == 0;
           break;
         }
-        work += more;
-        for (const std::uint32_t b : added)
+        if (added->empty()) cut_.missing[order[next]] = 1;
+        for (const std::uint32_t b : *added)
           if (waits || loaded[b] != 0) tets += tets_per_record * blocks_[b].record_count;
       }
-      cut_.read = wanted;
+      cut_.read = part.blocks();
       read(cut_.read);
       for (std::size_t b = 0; b < lost.size(); ++b)
-        if (wanted[b] != cut_.read[b]) lost[b] = 1;
-      if (work > 0) pace.note(work, std::chrono::duration<double>(Clock::now() - begin).count(), seconds_left(tets));
+        if (part.blocks()[b] != cut_.read[b]) lost[b] = 1;
+      if (part.work() > 0)
+        pace.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count(), seconds_left(tets));
     }
     return std::find(lost.begin(), lost.end(), 1) != lost.end();
   }
@@ -267,8 +263,8 @@ private:
       const std::uint32_t stop = take_down_to(reach, wants, demands);
       if (stop != kNoKey || has_read_all || is_time_up_) {
         stopped_by_budget_ = stop != kNoKey;
-        // What was read on the way is no matter: the answer is to be the same when more was in memory before.
-        // Nor is it what could not be read.
+        // Blocks that were read, or could not be had, on the way here do not count, only those that the end of the
+        // budget depends on: the answer must be the same when more was in memory before.
         if (!is_time_up_) {
           cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
           cut_.missing = promised_missing;
@@ -308,7 +304,7 @@ private:
     constexpr std::uint64_t kTetsPerVertex = 6;
     cut_.read = promised;
     read_in_time(by_key, reach, kTetsPerVertex);
-    // The time being up, the answer need not be the builder's mesh: all that was read is taken.
+    // With no time left the answer need not be the builder's mesh: all that was read is taken.
     return is_time_up_ ? 0 : reach;
   }
 
@@ -329,7 +325,7 @@ private:
         is_time_up_ = true;
         return kNoKey;
       }
-      // All with one key at a time; only those with the key at which the budget ends need be sorted.
+      // All records of a key are taken at once; only those of the key at which the budget ends must be sorted.
       taken.clear();
       for (const BudgetRank& candidate : with_key[key])
         take(candidate.record, spending, taken);

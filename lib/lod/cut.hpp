@@ -15,19 +15,19 @@ struct Cut {
   std::uint32_t count = 0;
   /// Blocks that the request depends on, closed. A function of the request alone; more may be in memory.
   BlockSet read;
-  /// Blocks that it depends on, too, and that could not be had: the cut is restricted to the records of `read`.
+  /// The other blocks that it depends on, which could not be had: of their records none is in the cut.
   BlockSet missing;
   LimitedBy limited_by = LimitedBy::kNothing;
   bool is_out_of_time = false; ///< some of `missing` were left for later, see find_cut_for
 };
 
-/// Reads the blocks it needs. Thread rule: see Hierarchy. `progress` is called now and then while it
-/// does, under no lock but those of who loads.
+/// Reads the blocks it needs. Thread rule: see Hierarchy. `progress` is called now and then while it does; the only
+/// locks held then are those of loading.
 [[nodiscard]] Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress);
 
-/// The same for one that asks again and again, of a request whose budgets have no time: in the background what it asked
-/// for before is wanted no more. With `until` blocks that it seems cannot be read by then are left for later, see
-/// Loader::load: at least one that was not there is read.
+/// The same for an asker that goes from request to request, such as a session; `request` has no budget of time. In the
+/// background, what the asker asked for before is wanted no more. With `until`, blocks that seem not to be readable by
+/// then are left for later, but at least one that was not there is read, see Loader::load.
 [[nodiscard]] Cut find_cut_for(const void* asker, std::optional<std::chrono::steady_clock::time_point> until,
                                Hierarchy& hierarchy, const ResolvedRequest& request);
 

@@ -23,7 +23,7 @@ BlockDemand of_block(const WantInside& want, const file::BlockInfo& block) {
                                                                                     : BlockDemand::kSome;
 }
 
-// What is allowed is no number where it grows by 0 over an infinite distance: then nothing is.
+// Written so that NaN, which 0 per distance makes of an infinite one, allows nothing.
 bool exceeds_at(const ErrorCode16* codes, const WantNear& want, double distance) {
   for (std::size_t i = 0; i < want.scale.size(); ++i)
     if (!(decode_error(codes[i], want.scale[i]) <= want.at_region[i] + want.per_distance[i] * distance)) return true;
@@ -34,7 +34,8 @@ BlockDemand of_block(const WantNear& want, const file::BlockInfo& block) {
   return exceeds_at(block.max_own.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
 }
 
-/// With a camera: whether a version, or one within the hull of the corners, may have an error that passes its limit.
+/// With a camera: whether a version with these error codes, somewhere in the hull of the corners, may have an error
+/// that passes its limit. `has_face`: whether it may be a boundary face; only these have domain errors.
 bool may_exceed(const ErrorCode16* codes, const WantBounded& want, std::span<const Point> corners, bool has_face) {
   const Camera& camera = *want.camera;
   const bool is_seen = camera.meets(corners);
@@ -48,7 +49,7 @@ bool may_exceed(const ErrorCode16* codes, const WantBounded& want, std::span<con
                                  : camera.length_of(want.max_pixels_unseen, camera.eye_distance(corners));
   return domain > limits.back() || decode_error(domain, want.domain_scale) > allowed;
 }
-/// Whether it may anywhere: without a look at where it is. Limits outside the picture are no lower than in it.
+/// The same wherever the version is: a quick "no" for most. Limits outside the picture are no lower than those in it.
 bool may_exceed_somewhere(const ErrorCode16* codes, const WantBounded& want, bool has_face) {
   if (want.limits.empty()) return true;
   if (!want.camera) return exceeds(codes, want.limits);
@@ -90,9 +91,9 @@ bool wants_record(const WantAll&, const Record&) {
   return true;
 }
 
-// The box of the star stands for its tets: those that the collapse made, which must not be in the region, and those
-// that it consumed, which must not be missing there where the boundary has moved. Against a test of each tet this puts
-// out 0.5% more, 5% at most, and takes a fraction of the time.
+// In the region there must be no tet that the collapse made, and no tet that it consumed must be missing, which matters
+// where the boundary has moved. The box of the star is tested for all of them: that takes a fraction of the time of a
+// test of each tet, and puts out some 0.5% more tets, 5% at most.
 bool wants_record(const WantInside& want, const Record& record) {
   if (!want.limits.empty() && !exceeds(record.own(), want.limits)) return false;
   const auto [min, max] = record.hierarchy.star_box(record.id);
@@ -107,8 +108,8 @@ bool wants_record(const WantNear& want, const Record& record) {
          });
 }
 
-// An error passes its limit where a version in C(r) has values and place that count. Its faces are looked at, too: the
-// errors of what the domain has lost are with them.
+// Wanted when a version in C(r), which has the values and the place that the request is about, may have an error above
+// its limit. Ghosts are looked at like tets: the errors of what the domain has lost are stated with the faces.
 bool wants_record(const WantBounded& want, const Record& record) {
   if (want.is_plain()) return exceeds(record.monotone(), want.limits);
   const ErrorCode16* const own = record.own();
@@ -127,7 +128,7 @@ bool wants_record(const WantBounded& want, const Record& record) {
 
 // ---- values ----
 
-/// The values between those of a tet's corners: their norms lie from `low` to `high`, of scalars the values.
+/// Within a tet: the values of a scalar field, or the norms of a field of vectors, lie from `low` to `high`.
 struct ValueRange {
   double low = INFINITY, high = -INFINITY;
 };
@@ -142,7 +143,7 @@ ValueRange scalar_range(const PointArray& array, const Tet& tet) {
   }
   return range;
 }
-// The norm is greatest at a corner; the least is no less than that of the box of the values.
+// The norm is greatest at a corner, and nowhere less than the distance from 0 to the box around the corners' values.
 ValueRange norm_range(const PointArray& array, const Tet& tet) {
   ValueRange range{0, 0};
   std::array<double, 4> norm{};

@@ -38,15 +38,15 @@ enum class BlockDemand { kNone, kSome, kAll };
 struct WantAll {
   friend bool operator==(const WantAll&, const WantAll&) = default;
 };
-/// The splits of records the box of whose star meets the region and whose errors pass their limits; with no limits all
-/// there.
+/// The splits of records whose star, by its box, meets the region and of whose errors one passes its limit; with no
+/// limits those of all records there.
 struct WantInside {
   Region region;
   CodeLimits limits;
 
   friend bool operator==(const WantInside&, const WantInside&) = default;
 };
-/// The splits of records whose errors pass what is allowed at the distance of their stars from the region.
+/// The splits of records of whose errors one passes what is allowed at the distance of the star from the region.
 struct WantNear {
   Region region;
   PerCode<double> at_region;    ///< allowed in the region, absolute
@@ -66,8 +66,8 @@ struct Interval {
   friend bool operator==(const Interval&, const Interval&) = default;
 };
 using Intervals = boost::container::small_vector<Interval, 2>;
-/// The splits of records one of whose errors passes its limit where values may be met and in the picture; outside the
-/// picture, where it passes the looser limit there. With neither, anywhere.
+/// The splits of records of whose errors one passes its limit. With values, only those whose star may take one of them;
+/// with a camera the limits hold for stars that are in the picture, and looser ones, or none, for those that are not.
 struct WantBounded {
   CodeLimits limits; ///< empty: whatever the errors are
   Intervals values;
@@ -88,7 +88,7 @@ public:
   void clear() { wants_.clear(); }
   void add(Want want) { wants_.push_back(std::move(want)); }
   [[nodiscard]] bool empty() const { return wants_.empty(); }
-  /// Whether the records wanted hold their parents.
+  /// Whether with every record that is wanted its parents are, too.
   [[nodiscard]] bool are_closed() const;
 
   [[nodiscard]] BlockDemand of_block(const file::BlockInfo& block) const;
@@ -117,8 +117,8 @@ struct Demand {
   friend bool operator==(const Demand&, const Demand&) = default;
 };
 
-/// Whether a version with the errors `own` may take values in the interval, itself or by the original that it stands
-/// for: a "no" is certain as far as the errors are. The lock must be held.
+/// Whether a version with the errors `own`, or the original where it stands for that, may have values in the interval.
+/// A "no" is certain as far as the errors are true. The lock must be held.
 [[nodiscard]] bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& tet,
                             const ErrorCode16* own);
 

@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::uint32_t kUnused = VertexId::kNone;
 
-/// The mesh of a cut: in each place of it, what the last of its records that touches the place left there. Base tets
-/// and boundary faces come first, then those of each record in ascending order.
+/// Puts a mesh together from a cut. A place of the mesh holds what was left there by the last record of the cut that
+/// touches it. Tets and boundary faces of the base come first, then those of the places that each record brings, in
+/// ascending order of the records.
 class Assembly {
 public:
   Assembly(const Refinement& refinement, const Cut& cut)
@@ -36,8 +37,9 @@ public:
       if (cut_.applied[r] != 0) add_left_by(RecordId{r});
   }
 
-  /// The records that made the tets and the faces, as far as they are in blocks that the cut depends on: the first
-  /// after the cut that changes a place made what is there. To be called once, after run().
+  /// The records that made the tets and the faces, as far as they are in blocks that the cut depends on. Of the records
+  /// that change a place, and are not in the cut, the first made what is there (see Creators). To be called once, after
+  /// run().
   struct Makers {
     std::vector<RecordId> of_tet, of_face;
   };
@@ -144,7 +146,7 @@ private:
   std::vector<std::uint32_t> row_; ///< by vertex in the file
 };
 
-// Codes: of the records known to have made something of the mesh, their own; of blocks not read, the largest.
+/// By code the largest own error of the records that made something of the mesh; of blocks not read, of all records.
 std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& cut) {
   const file::Content& content = hierarchy.content();
   const std::size_t count = content.errors_per_record, domain = count - 1;
@@ -167,7 +169,7 @@ std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& c
   return achieved;
 }
 
-/// What a record has made of the mesh, by vertices in the file.
+/// The tets of the mesh that some record has made, with their vertices' ids in the file.
 std::vector<MadeVersion> made_versions(const std::vector<Tet>& tets, const std::vector<RecordId>& makers,
                                        const std::vector<VertexId>& in_file) {
   std::vector<MadeVersion> made;
@@ -179,6 +181,7 @@ std::vector<MadeVersion> made_versions(const std::vector<Tet>& tets, const std::
   }
   return made;
 }
+/// The same of boundary faces, as ghosts.
 std::vector<MadeVersion> made_versions(const std::vector<std::array<VertexId, 3>>& faces,
                                        const std::vector<RecordId>& makers, const std::vector<VertexId>& in_file) {
   std::vector<MadeVersion> made;
@@ -215,13 +218,15 @@ SquaredErrorSum& SquaredErrorSum::operator+=(const SquaredErrorSum& other) {
 }
 
 double SquaredErrorSum::root(double range) const {
-  // However they were gathered, each number went through fewer additions than there are numbers.
+  // However the sum was gathered, each number went through fewer additions than there are numbers: that bounds
+  // rounding.
   const double slack = magnitude_ * (static_cast<double>(count_) * std::numeric_limits<double>::epsilon());
   return range * std::sqrt(std::max(0.0, sum_ + slack));
 }
 
-// The collapses that are not undone, each by what it raised the integral. Where a block has none undone its sum is in
-// the table, so the answer does not depend on what was read.
+// Each collapse that is not undone contributes what it raised the integral by. Of a block without a record in the cut
+// the sum is in the block table, and taken from there even if the block is loaded: so the answer does not depend on
+// what was read before.
 void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& applied, std::size_t block,
                         std::span<SquaredErrorSum> sums) {
   const file::BlockInfo& info = hierarchy.blocks()[block];

@@ -13,8 +13,9 @@ namespace ptet {
 /// order that does not depend on what was read when.
 [[nodiscard]] Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, const ResolvedRequest& request);
 
-/// Whether some version in C(r), of the kind asked for, is in the mesh of a cut (by record) that `r` is not in: its
-/// errors then count. One of the base is, or one that a parent in the cut brought. The lock must be held.
+/// Of a record that is not in the cut `applied` (by record): whether some version in C(r), of the kind asked for, is in
+/// the cut's mesh, so that the record's errors count. Such a version is one of the base, or came with the split of a
+/// parent that is in the cut. The lock must be held.
 [[nodiscard]] bool has_made(const Refinement& refinement, std::uint32_t r, VersionKinds kind,
                             const std::vector<char>& applied);
 
@@ -31,8 +32,8 @@ private:
   std::size_t count_ = 0;
 };
 
-/// What the records of a block that are not in the cut contribute, one sum per governing field. Of a block of which
-/// some are in the cut, and not all, each is looked at: it must have been read. The lock must be held.
+/// Sets `sums`, one per governing field, to what the records of a block that are not in the cut contribute. A block of
+/// which some records are in the cut and some are not must be loaded. The lock must be held.
 void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& applied, std::size_t block,
                         std::span<SquaredErrorSum> sums);
 

@@ -6,8 +6,8 @@
 
 namespace ptet {
 
-/// Vertices come by their ids in the input, whatever is there of them; tets and their corners as they stood there when
-/// the extraction is all of it, else as they were. Fills Extraction::input_vertex.
+/// Sorts the vertices by their ids in the input and fills Extraction::input_vertex. Where the extraction is the whole
+/// original, tets and their corners are put in the order in which they stood there; else they stay as they are.
 void put_in_input_order(Extraction& extraction, const file::InputOrder& order);
 
 } // namespace ptet

@@ -25,8 +25,8 @@ namespace ptet {
 /// Thread rule: any number of threads may ask and wait.
 class LoadQueue {
 public:
-  /// Called by the thread: does a part of what is asked, returns whether anything is left of it. What it throws after
-  /// stop() is nobody's matter.
+  /// Called by the thread: does a part of what is asked, returns whether anything is left of it. What it throws is
+  /// handed to who asks or waits; after stop() it is dropped.
   using Serve = std::function<bool(const BlockSet& asked)>;
 
   explicit LoadQueue(Serve serve);
@@ -54,8 +54,8 @@ public:
 private:
   struct Request {
     BlockSet set;
-    std::vector<const void*> askers; ///< that it is the last request of
-    bool is_anyones = false;         ///< asked for by nobody that may take it back
+    std::vector<const void*> askers; ///< those whose last request it is; wanted as long as there is one
+    bool is_anyones = false;         ///< also asked for without an asker, so that nobody can take it back
   };
   using Asked = std::shared_ptr<Request>;
   static constexpr std::size_t kMaxQueued = 64;

@@ -1,5 +1,7 @@
 #include "lod/loader.hpp"
 
+#include "lod/pace_of_loading.hpp"
+
 #include <algorithm>
 #include <thread>
 #include <utility>
@@ -38,7 +40,7 @@ std::shared_lock<std::shared_mutex> Loader::lock() const {
   return lock_.shared();
 }
 
-// What goes wrong while the content changes is found by nobody half done.
+// When something is thrown amid a change the content is marked spoilt, so that nobody finds it half done.
 template <class F>
 decltype(auto) Loader::alone(F&& f) {
   const std::unique_lock guard = lock_.alone();
@@ -100,7 +102,7 @@ std::uint64_t Loader::bytes_of(const BlockSet& set) const {
 
 // ---- loading ----
 
-// Memory ran out while blocks were put in their places.
+// For when memory ran out while blocks were put in their places.
 void Loader::repair() {
   if (!is_spoilt_) return;
   const std::lock_guard one(loading_);
@@ -136,7 +138,7 @@ bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> u
   return is_free;
 }
 
-/// Does not own the lock where it waited in vain.
+/// The returned lock is owned unless the time was up first.
 std::unique_lock<std::timed_mutex> Loader::wait_for_others(std::optional<Clock::time_point> until,
                                                            Cancellation* cancellation) {
   constexpr std::chrono::milliseconds kBetweenLooks{20};
@@ -148,8 +150,8 @@ std::unique_lock<std::timed_mutex> Loader::wait_for_others(std::optional<Clock::
   return one;
 }
 
-// What failed before is tried again when there is nothing else to read: no source that fails for some blocks keeps the
-// others, and the answer is whole but for these then, whatever time is left.
+// Blocks that failed before are tried again last, so that a source that fails for some blocks does not keep the others
+// waiting. When only these are left the answer is not called incomplete for want of time.
 bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cancellation, const void* asker) {
   if (in_background_ || is_limited_) {
     load(closed, cancellation, asker);
@@ -173,42 +175,25 @@ bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cance
   return is_all;
 }
 
-/// Of the set what is neither loaded nor lost, nor needs what is lost. Returns false when it left some for later.
+/// Loads those of the set that are not loaded, not lost, and need nothing lost. Returns false when some are left for
+/// later.
 bool Loader::load_some(TimedLoad& load, const BlockSet& closed) {
-  std::deque<std::uint32_t> left;
-  for (const std::uint32_t b : members(closed))
-    if (load.loaded[b] == 0) left.push_back(b);
+  const std::vector<std::uint32_t> wanted = members(closed);
   PaceOfLoading pace;
-  while (true) {
+  for (auto next = wanted.begin();;) {
     const auto begin = Clock::now();
-    BlockSet part = load.loaded;
-    double work = 0;
-    for (; !left.empty(); left.pop_front()) {
-      if (part[left.front()] != 0) continue;
-      const std::vector<std::uint32_t> added = needs_.add(part, left.front(), load.lost);
-      double more = 0;
-      for (const std::uint32_t b : added)
-        more += work_of(b);
-      if (added.empty() || pace.has_time_for(work, more)) {
-        work += more;
-        continue;
-      }
-      if (work == 0) return false;
-      for (const std::uint32_t b : added)
-        part[b] = 0;
-      break;
-    }
-    if (work == 0) return true;
-    const BlockSet wanted = part;
+    const BlockSet before = load.loaded;
+    PartToLoad part(needs_, before, before);
+    while (next != wanted.end() && part.add(*next, load.lost, &pace))
+      ++next;
+    if (part.work() == 0) return next == wanted.end();
     load.has_tried = true;
-    const bool is_free = load_when_free(part, load.until, load.cancellation);
-    if (is_free)
-      for (std::size_t b = 0; b < part.size(); ++b)
-        if (wanted[b] != part[b]) load.lost[b] = 1;
-    load.loaded = std::move(part);
-    if (!is_free) return false;
+    load.loaded = part.blocks();
+    if (!load_when_free(load.loaded, load.until, load.cancellation)) return false;
+    for (std::size_t b = 0; b < load.lost.size(); ++b)
+      if (part.blocks()[b] != load.loaded[b]) load.lost[b] = 1;
     const auto now = Clock::now();
-    pace.note(work, std::chrono::duration<double>(now - begin).count(),
+    pace.note(part.work(), std::chrono::duration<double>(now - begin).count(),
               std::chrono::duration<double>(load.until - now).count());
   }
 }
@@ -221,7 +206,7 @@ void Loader::load_now(BlockSet& set, Cancellation* cancellation) {
   decode(fetch(set, content_.block_loaded, cancellation), cancellation);
 }
 
-// Returns whether the set is to be loaded on top of what is there; else all has been done.
+// Returns true when the set fits on top of what is there and is still to be loaded; false when all has been done.
 bool Loader::make_room(BlockSet& set, Cancellation* cancellation) {
   const BlockSet& loaded = content_.block_loaded;
   BlockSet all = loaded;
@@ -242,7 +227,7 @@ bool Loader::make_room(BlockSet& set, Cancellation* cancellation) {
   return false;
 }
 
-// What must stay, then of the set what there is room for, coarse blocks first.
+// What must stay in memory, and then, coarse blocks first, those of the set that there is room for.
 BlockSet Loader::what_fits(const BlockSet& set) const {
   BlockSet keep = takes_turns_ ? in_use_ : BlockSet(set.size(), 0);
   {
@@ -252,7 +237,7 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
   }
   close(keep);
   intersect(keep, content_.block_loaded);
-  // What does not fit once never does: the more is kept the less room there is.
+  // A block that did not fit will not fit later on, when more is kept; nor do those that need it.
   std::uint64_t bytes = bytes_of(keep);
   BlockSet unfit(set.size(), 0);
   for (const std::uint32_t b : members(set)) {
@@ -272,7 +257,8 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
   return keep;
 }
 
-// What cannot be had goes out of the set, with what needs it.
+// Reads the bytes of the blocks of the set that are not in `loaded`. Takes out of the set those that cannot be had and
+// those that need them.
 std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loaded, Cancellation* cancellation) {
   std::vector<std::uint32_t> wanted, out;
   std::vector<file::FetchedBlock> fetched;
@@ -304,7 +290,7 @@ std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loa
   return fetched;
 }
 
-// All together, or, where it may be cancelled, a closed part at a time.
+// Decodes all together or, with a cancellation, a few at a time, so that what is loaded stays closed in between.
 void Loader::decode(std::vector<file::FetchedBlock> fetched, Cancellation* cancellation) {
   const BlockSet none(needs_.size(), 0);
   BlockSet loaded = content_.block_loaded, target = loaded;
@@ -353,12 +339,12 @@ void Loader::decode_together(std::vector<file::FetchedBlock> fetched) {
 
 // ---- making the content anew ----
 
-// `must`: even when what was loaded and is to be kept cannot all be read again; else nothing is done then, and false
-// returned.
+// Makes the content anew from `keep`. Should some of it that was loaded not be had again: with `must` it is made
+// without these, else nothing is done and false is returned.
 bool Loader::rebuild(BlockSet keep, const BlockSet& was_loaded, bool must, Cancellation* cancellation) {
   const BlockSet none(keep.size(), 0);
   for (int attempt = 0;; ++attempt) {
-    // A file with so many wrong blocks under right hashes is no accident.
+    // So many blocks with wrong contents under right hashes are no accident: stop looking for a set that works.
     if (attempt == kMaxRebuilds) intersect(keep, was_loaded);
     if (attempt > kMaxRebuilds) keep = none;
     BlockSet readable = keep;
@@ -419,7 +405,8 @@ bool Loader::waits_for(const BlockSet& missing) const {
 
 // ---- the thread ----
 
-// Coarse blocks first, some at a time. What a limit of memory keeps is decided over all that is asked.
+// Loads coarse blocks first, some at a time, unless memory is limited: what is to be kept is then decided over all that
+// is asked.
 bool Loader::load_part(const BlockSet& asked) {
   const std::lock_guard one(loading_);
   BlockSet possible = asked, part(asked.size(), 0);

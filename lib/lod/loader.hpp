@@ -22,34 +22,14 @@
 #include "ptet/dataset.hpp"
 #include "ptet/source.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
 #include <vector>
 
 namespace ptet {
-
-/// How much to load at once where there is little time: one thing first, then at most four times as much as before,
-/// and what it seems there is time for. Work is in whatever unit takes about the same time.
-class PaceOfLoading {
-public:
-  /// Whether `more` may be done, too, where `work` is to be done.
-  [[nodiscard]] bool has_time_for(double work, double more) const {
-    return work == 0 ? more <= affordable_ : work + more <= std::min(kMostMore * most_, affordable_);
-  }
-  void note(double work, double seconds, double seconds_left) {
-    most_ = std::max(most_, work);
-    affordable_ = std::max(seconds_left, 0.0) / std::max(seconds, 1e-9) * work;
-  }
-
-private:
-  static constexpr double kMostMore = 4;
-  double most_ = 0, affordable_ = std::numeric_limits<double>::infinity();
-};
 
 class Loader {
 public:
@@ -70,9 +50,7 @@ public:
   /// See BlockNeeds.
   void close(BlockSet& set) const;
   void close(BlockSet& set, std::vector<std::uint32_t>& open) const { needs_.close(set, open); }
-  [[nodiscard]] std::vector<std::uint32_t> add(BlockSet& set, std::uint32_t block, const BlockSet& without) const {
-    return needs_.add(set, block, without);
-  }
+  [[nodiscard]] const BlockNeeds& needs() const { return needs_; }
   /// Loads a closed set and takes out of it what is not loaded then; it stays closed. With OpenOptions::background only
   /// asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn. Throws
   /// std::bad_alloc, and in the background what the thread met; nothing of the file or its source. Throws
@@ -87,11 +65,6 @@ public:
   /// blocks for later that have not failed. Where memory is limited all are loaded at once.
   [[nodiscard]] bool load(BlockSet& closed, std::chrono::steady_clock::time_point until,
                           Cancellation* cancellation = nullptr, const void* asker = nullptr);
-  /// What it takes to read and decode a block, in records: they may have one record or hundreds.
-  [[nodiscard]] double work_of(std::uint32_t block) const {
-    constexpr double kRecordsOfBlock = 32; // what it takes however few they are
-    return kRecordsOfBlock + reader_.blocks()[block].record_count;
-  }
   /// In the background: what the asker has asked for is wanted no more.
   void forget_asker(const void* asker) {
     if (queue_) queue_->forget_asker(asker);
@@ -102,7 +75,8 @@ public:
   using Shortfall = ptet::Shortfall;
   /// See BlockLosses.
   [[nodiscard]] Shortfall explain(const BlockSet& missing) const { return losses_.explain(missing); }
-  /// Whether it is no use to go on to blocks that follow `missing`: these are still to be read, or memory is short.
+  /// Whether who lacks these blocks had better not go on to further ones: they are still to be read, or memory is
+  /// short.
   [[nodiscard]] bool waits_for(const BlockSet& missing) const;
 
   /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what the
@@ -148,12 +122,12 @@ private:
 
   [[nodiscard]] std::unique_lock<std::timed_mutex> wait_for_others(std::optional<Clock::time_point> until,
                                                                    Cancellation* cancellation);
-  /// What is to be loaded in time, as far as it is done.
+  /// A load() that is to be done by some time.
   struct TimedLoad {
-    BlockSet loaded, lost;
+    BlockSet loaded, lost; ///< what it has so far, and what could not be had
     Clock::time_point until;
     Cancellation* cancellation = nullptr;
-    bool has_tried = false;
+    bool has_tried = false; ///< whether it has begun to read or decode anything
   };
   [[nodiscard]] bool load_some(TimedLoad& load, const BlockSet& closed);
   void load_now(BlockSet& set, Cancellation* cancellation);
@@ -184,8 +158,7 @@ private:
 
   ContentLock lock_;
   std::uint64_t revision_ = 0;         ///< under the content's lock
-  std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew;
-                                       /// < changes under the content's lock
+  std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew; changes under the content's lock
 
   std::mutex turn_;
   BlockSet in_use_; ///< by the owner of the turn

@@ -17,8 +17,8 @@ struct MadeVersion {
 [[nodiscard]] bool names_parts(const ResolvedRequest& request);
 
 /// Fills in_focus, at_values, in_view and pixels_in_view of `result`. `tets` and `ghosts`: those of the mesh that were
-/// made by records of blocks that the cut depends on. Of the other blocks the largest error counts, as everywhere. The
-/// lock must be held.
+/// made by records of blocks that the cut depends on. For the other blocks, which need not be in memory, the largest
+/// error of the block counts, as for Extraction::field_error. The lock must be held.
 void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const ResolvedRequest& request,
                        std::span<const MadeVersion> tets, std::span<const MadeVersion> ghosts, Extraction& result);
 

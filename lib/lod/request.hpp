@@ -24,7 +24,7 @@ struct Budgets {
 struct ResolvedRequest {
   Demand demand;
   Budgets budgets;
-  /// What limits a mesh that has all that is demanded.
+  /// What Extraction::limited_by says of a mesh that has all that is demanded.
   LimitedBy when_met = LimitedBy::kNothing;
   // The parts of the mesh whose errors are stated by themselves.
   std::vector<Region> focus;

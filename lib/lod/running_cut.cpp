@@ -67,7 +67,7 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
   return lock;
 }
 
-// What is counted stays that of an earlier request, for the next one that can be counted.
+// The counts are left as they are, of an earlier request: the next request that can be counted goes on from them.
 std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
   Cut found = find_cut_for(this, until_, hierarchy_, request_);
   std::shared_lock lock = hierarchy_.lock();
@@ -96,7 +96,7 @@ void RunningCut::read_closed(BlockSet& set) {
     if (set[b] != asked_for_[b]) missing_[b] = 1;
 }
 
-// Others may have read them, too.
+// By what is loaded, not by what was asked for: other sessions read blocks, too.
 bool RunningCut::meet_new_blocks() {
   newly_met_.clear();
   for (std::uint32_t b = 0; b < blocks_.size(); ++b)
@@ -113,7 +113,7 @@ bool RunningCut::meet_new_blocks() {
 
 // ---- promises ----
 
-// First what comes, then what goes: what both want stays where it is.
+// Comes first, then goes: what the old and the new request have in common is not taken out and put in again.
 void RunningCut::update_promised(std::span<const std::uint32_t> which) {
   leaving_.clear();
   for (const std::uint32_t b : which) {
@@ -221,7 +221,7 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
       move_end(end);
       stopped_by_budget_ = end.has_value();
       choose_blocks(end ? end->key : OrderCode{0});
-      // What was not to be had on the way, and is not needed, is not missing.
+      // Blocks that could not be had on the way here, but are not needed in the end, are not missing.
       if (!request_.origins) std::fill(missing_.begin(), missing_.end(), char{0});
       for (std::size_t b = 0; b < read_.size(); ++b)
         if (read_[b] != 0 && hierarchy_.content().block_loaded[b] == 0) {
@@ -245,7 +245,8 @@ void RunningCut::choose_blocks(OrderCode key) {
   hierarchy_.close(read_, open_);
 }
 
-// Records ascend in each block, blocks in the file: two stable passes of counting, by generation and by order code.
+// By BudgetRank: counting sorts by generation and then by order code, both stable, of records that ascend to begin
+// with.
 void RunningCut::order_records() {
   if (is_ordered_) return;
   const file::Content& content = hierarchy_.content();

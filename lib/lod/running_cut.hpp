@@ -4,8 +4,8 @@
 //         counted: r is in it while it is wanted itself       where that is closed as it is; a budget is a place in the
 //         or a child of it is in it                           order, which histograms of sizes by order code find
 //
-// Wishes that are not closed are counted like promises; where a budget is to be spent on them, the cut is found anew.
-// The cut is that of find_cut, whatever the requests before.
+// Wishes that are not closed (Wants::are_closed) are counted like promises; where a budget is to be spent on them, the
+// cut is found anew. Whatever the requests before, the cut is the one that find_cut finds.
 #pragma once
 
 #include "lod/budget.hpp"
@@ -25,10 +25,10 @@ public:
   RunningCut(const RunningCut&) = delete;
   RunningCut& operator=(const RunningCut&) = delete;
 
-  /// Makes it the cut of `request` but for its time, reading the blocks that takes. The lock is held on return: what
-  /// the cut needs is in memory while it is. Blocks that cannot be had are left out, see Cut. Throws what
-  /// Hierarchy::load throws; the cut is then that of some request between.
+  /// Makes it the cut of `request`, whose budget of time is not looked at, and reads the blocks that it takes. Returns
+  /// the lock: while it is held, what the cut needs is in memory. Blocks that cannot be had are left out, see Cut.
   /// `until`: blocks that could not be read by then are left out, too, see is_out_of_time() and Loader::load.
+  /// Throws what Hierarchy::load throws; the cut is then between the last one and that of `request`.
   [[nodiscard]] std::shared_lock<std::shared_mutex>
   set(const ResolvedRequest& request, const std::optional<std::chrono::steady_clock::time_point>& until = std::nullopt);
 

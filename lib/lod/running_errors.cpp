@@ -12,7 +12,8 @@ RunningErrors::RunningErrors(const Hierarchy& hierarchy)
       squared_(hierarchy.header().has_squared_errors ? hierarchy.blocks().size() * (codes_ - 1) : 0),
       field_error_(codes_ - 1), rms_error_(hierarchy.header().has_squared_errors ? codes_ - 1 : 0) {}
 
-// Blocks are not looked for record by record: that would take longer than a split.
+// note() does not look up the block of a record, which would take longer than the split itself; so blocks are matched
+// here with the runs of kRecordsNoted records.
 void RunningErrors::forget_changed() {
   for (std::size_t b = 0; b < known_.size(); ++b) {
     const file::BlockInfo& block = hierarchy_.blocks()[b];
@@ -62,8 +63,8 @@ void RunningErrors::update(const std::vector<char>& applied, const BlockSet& rea
   domain_error_ = decode_error(largest(i, applied, read), hierarchy_.header().diagonal);
 }
 
-// Of a block that was not read, the largest own error of all its records counts; of the others, that of the frontier.
-// The block that promises most is looked at first: the others then seldom need to be.
+// Of a block that was not read all records count, of the others those on the frontier. The block with the largest error
+// of a record not in the cut is looked at first: most others then need no look.
 ErrorCode16 RunningErrors::largest(std::size_t code, const std::vector<char>& applied, const BlockSet& read) const {
   const file::Content& content = hierarchy_.content();
   const VersionKinds kind = code + 1 == codes_ ? kHasGhosts : kHasTets;

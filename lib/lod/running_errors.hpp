@@ -1,8 +1,8 @@
 // The errors of a cut that changes: what can be told block by block is kept, and only what can matter is looked at.
 //
-// A cut's error is the largest of the records on its frontier: those that are not in it and have made something of its
-// mesh. Record r has if it is not in the cut and some version of C(r) is there: one of the base, or one that a parent
-// in the cut brought.
+// A cut's error is the largest among the records on its frontier: those that are not in the cut and that made something
+// that is in its mesh. Record r, not in the cut, did so if some version of C(r) is there: one of the base, or one that
+// came with the split of a parent that is in the cut.
 #pragma once
 
 #include "lod/extraction.hpp"

@@ -112,7 +112,7 @@ private:
     return loader.revision() == revision_ && loader.holds(cut_->read());
   }
 
-  // From the base mesh, as a new session does. What a load that had no memory has left behind is put right before.
+  // From the base mesh, like a new session. Loading nothing puts right what a load that ran out of memory left behind.
   void start_over() {
     BlockSet none(hierarchy_.blocks().size(), 0);
     hierarchy_.load(none);
@@ -162,14 +162,14 @@ private:
     records.swap(sorted_);
   }
 
-  // Where finding the cut takes all the time, a view that moves would never be followed.
+  // At least half of the time, even where finding the cut took all of it: else a view that moves was never followed.
   static std::optional<Clock::time_point> with_a_share(const std::optional<Clock::time_point>& until,
                                                        Clock::time_point begin) {
     if (!until) return until;
     return std::max(*until, Clock::now() + (*until - begin) / 2);
   }
 
-  // The points of no tet are in the original alone.
+  // Vertices that no tet uses are in the original mesh only.
   void show_unused_vertices() {
     const std::uint64_t before = mesh_->vertex_count();
     mesh_->show_unused_vertices(applied_count_ == applied_.size());

@@ -18,6 +18,23 @@ void copy_row(const PointArray& from, std::size_t row, PointArray& to, std::size
   std::memcpy(to.bytes.data() + slot * bytes, from.bytes.data() + row * bytes, bytes);
 }
 
+/// `moved`: by slot where it goes, see Slots::compact.
+void move_slot(std::uint32_t& slot, const std::vector<std::uint32_t>& moved) {
+  if (slot != SlotMesh::kUnused) slot = moved[slot];
+}
+
+/// Moves rows of `width` numbers each to their new slots. These are lower ones, in the same order: nothing is
+/// overwritten that is still to be moved.
+template <class Rows>
+void keep_rows(Rows& rows, const std::vector<std::uint32_t>& moved, std::size_t used, std::size_t width) {
+  for (std::size_t slot = 0; slot < moved.size(); ++slot)
+    if (moved[slot] != SlotMesh::kUnused && moved[slot] != slot)
+      std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(slot * width), width,
+                  rows.begin() + static_cast<std::ptrdiff_t>(moved[slot] * width));
+  rows.resize(used * width);
+  rows.shrink_to_fit();
+}
+
 } // namespace
 
 template <class Row>
@@ -99,42 +116,19 @@ void SlotMesh::make_room() {
   slot_of_place_.resize(hierarchy_.content().refinement.place_count(), kUnused);
 }
 
-// Where a place is not there now its slot is another's, or nobody's: both is as good as it was.
 bool SlotMesh::compact() {
   if (tets_.rows.size() <= std::max(kFewSlots, kSlotsATet * static_cast<std::size_t>(tets_.used()))) return false;
   const std::vector<std::uint32_t> tet = tets_.compact(kNoTet, now_), face = faces_.compact(kNoFace, now_),
                                    vertex = vertices_.compact(VertexId{}, now_);
-  const auto move = [](std::uint32_t& slot, const std::vector<std::uint32_t>& moved) {
-    if (slot != kUnused) slot = moved[slot];
-  };
   for (TetSlots& row : tets_.rows)
     for (std::uint32_t& slot : row)
-      move(slot, vertex);
+      move_slot(slot, vertex);
   for (FaceSlots& row : faces_.rows)
     for (std::uint32_t& slot : row)
-      move(slot, vertex);
+      move_slot(slot, vertex);
   for (std::uint32_t& slot : slot_of_vertex_)
-    move(slot, vertex);
-  const Refinement& refinement = hierarchy_.content().refinement;
-  for (std::uint32_t p = 0; p < refinement.base_version_count(); ++p)
-    move(slot_of_place_[p], p < refinement.base_tet_count() ? tet : face);
-  for (std::uint32_t r = 0; r < refinement.record_count(); ++r) {
-    if (!refinement.applied(RecordId{r})) continue;
-    const std::span<const VertexId> rim = refinement.rim(RecordId{r});
-    for (std::size_t i = 0; i < rim.size(); ++i) {
-      const bool is_ghost = rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex;
-      move(slot_of_place_[refinement.rim_place(RecordId{r}) + i], is_ghost ? face : tet);
-    }
-  }
-  // To lower slots, in ascending order: nothing is overwritten that is still to be moved.
-  const auto keep_rows = [](auto& rows, const std::vector<std::uint32_t>& moved, std::size_t used, std::size_t width) {
-    for (std::size_t slot = 0; slot < moved.size(); ++slot)
-      if (moved[slot] != kUnused && moved[slot] != slot)
-        std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(slot * width), width,
-                    rows.begin() + static_cast<std::ptrdiff_t>(moved[slot] * width));
-    rows.resize(used * width);
-    rows.shrink_to_fit();
-  };
+    move_slot(slot, vertex);
+  move_places(tet, face);
   keep_rows(positions_.bytes, vertex, vertices_.rows.size(), positions_.row_bytes());
   for (PointArray& array : arrays_)
     keep_rows(array.bytes, vertex, vertices_.rows.size(), array.row_bytes());
@@ -142,7 +136,23 @@ bool SlotMesh::compact() {
   return true;
 }
 
-// The slots stay, places are named anew.
+// A place that is not in the mesh now names a slot that is another's or nobody's; after the move it still does, and is
+// given one of its own when it comes back.
+void SlotMesh::move_places(const std::vector<std::uint32_t>& tet, const std::vector<std::uint32_t>& face) {
+  const Refinement& refinement = hierarchy_.content().refinement;
+  for (std::uint32_t p = 0; p < refinement.base_version_count(); ++p)
+    move_slot(slot_of_place_[p], p < refinement.base_tet_count() ? tet : face);
+  for (std::uint32_t r = 0; r < refinement.record_count(); ++r) {
+    if (!refinement.applied(RecordId{r})) continue;
+    const std::span<const VertexId> rim = refinement.rim(RecordId{r});
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+      const bool is_ghost = rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex;
+      move_slot(slot_of_place_[refinement.rim_place(RecordId{r}) + i], is_ghost ? face : tet);
+    }
+  }
+}
+
+// Once all records are read places have other names; the slots stay.
 void SlotMesh::settle() {
   const Refinement& refinement = hierarchy_.content().refinement;
   std::vector<std::uint32_t> slot(refinement.place_count(), kUnused);
@@ -273,7 +283,7 @@ void SlotMesh::follow_creators(const BlockSet& known, const std::vector<char>& a
     creators_->learn(known, [](Place, RecordId, RecordId) {});
     find_creators(applied);
   } else {
-    // What a record leaves that was the last one so far was taken for an original tet.
+    // The tet behind the last record known of a place was taken for an original one; now it is known who made it.
     creators_->learn(known, [&](Place place, RecordId before, RecordId r) {
       const bool is_there = before.is_none() || applied[before.index()] != 0;
       if (is_there && !place.is_ghost() && applied[r.index()] == 0) set_creator(slot_of_place_[place.index()], r);
@@ -284,7 +294,7 @@ void SlotMesh::follow_creators(const BlockSet& known, const std::vector<char>& a
     if (tets_.rows[slot] != kNoTet) tets_.tell(slot, now_);
 }
 
-// In each place of the mesh it is the record after the last one that is split.
+// What is in a place was made by the record that comes there after the last one that is split.
 void SlotMesh::find_creators(const std::vector<char>& applied) {
   const Refinement& refinement = hierarchy_.content().refinement;
   made_by_.resize(tets_.rows.size());

@@ -34,7 +34,8 @@ public:
   void split(RecordId r);
   /// `r` is split, none of those that depend on it is.
   void collapse(RecordId r);
-  /// What changing `r` soon will look at lies all over memory: asks for it ahead, in two steps.
+  /// For records that are about to be split or collapsed: what that looks at lies all over memory, so the processor is
+  /// told ahead, in two steps. First for the places, then, some records later, for the slots that these name.
   void fetch_places(RecordId r) const;
   void fetch_slots(RecordId r) const;
   /// Gives back slots where hardly any are used: of more than kFewSlots tet slots less than one in kSlotsATet. The
@@ -54,15 +55,15 @@ public:
   [[nodiscard]] std::uint64_t face_count() const { return faces_.used(); }
   [[nodiscard]] std::uint64_t vertex_count() const { return vertices_.used(); }
 
-  /// Keeps from here on who made the tets, as far as the records of `known` tell, a closed set of loaded blocks; to be
-  /// called after make_room() and whenever another set is known. Tets of which it is told otherwise than before count
-  /// as changed. `applied`: by record, what the mesh is split by.
+  /// From here on keeps which record made each tet, as far as the records of `known`, a closed set of loaded blocks,
+  /// tell. To be called after make_room(), and again whenever `known` is another set. Tets for which another record is
+  /// named than before count as changed. `applied`: by record, whether the mesh is split by it.
   void follow_creators(const BlockSet& known, const std::vector<char>& applied);
   void forget_creators();
   /// By tet slot, none for unused slots and original tets; empty unless it is kept.
   [[nodiscard]] const std::vector<RecordId>& made_by() const { return made_by_; }
 
-  /// From here on changes are told anew.
+  /// Begins the lists of changed slots anew.
   void forget_changes();
   // Slots taken, freed or with something else in them; each once.
   [[nodiscard]] std::span<const std::uint32_t> changed_tets() const { return tets_.changed; }
@@ -90,6 +91,7 @@ private:
   std::uint32_t add_vertex(VertexId v);
   void remove_vertex(VertexId v);
   void replace(Place place, std::uint32_t from, std::uint32_t to);
+  void move_places(const std::vector<std::uint32_t>& tet, const std::vector<std::uint32_t>& face);
   void settle();
   void find_creators(const std::vector<char>& applied);
   void set_creator(std::uint32_t tet_slot, RecordId creator);

@@ -1,9 +1,9 @@
 #include "lod/region.hpp"
+#include "mesh/magnitude.hpp"
 #include "ptet/dataset.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 namespace ptet {
@@ -15,15 +15,6 @@ bool is_met(const Region& region, const TetMesh& mesh) {
                                           mesh.position(tet[3])};
     return meets(region, corners);
   });
-}
-
-/// Of vectors the length.
-double magnitude(const PointArray& array, VertexId v) {
-  if (array.components == 1) return array.value(v.index(), 0);
-  double length = 0;
-  for (std::uint32_t c = 0; c < array.components; ++c)
-    length = std::hypot(length, array.value(v.index(), c));
-  return length;
 }
 
 /// Least and largest value at the corners of the tet.

@@ -7,6 +7,7 @@
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
+#include "support/region_checks.hpp"
 #include "support/stream_extras.hpp"
 
 #include <algorithm>
@@ -191,65 +192,6 @@ bool same(const Extraction& a, const Extraction& b) {
          a.limited_by == b.limited_by && same(a.in_focus, b.in_focus);
 }
 
-bool contains(const TetMesh& mesh, const Tet& tet, const Point& p) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    std::array<Point, 4> corners;
-    for (std::size_t j = 0; j < 4; ++j)
-      corners[j] = mesh.position(tet[j]);
-    corners[i] = p;
-    if (test::orientation(corners[0], corners[1], corners[2], corners[3]) < 0) return false;
-  }
-  return true;
-}
-
-double product(const Point& a, const Point& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-Point a_point_of(const Region& region) {
-  if (const Box* const box = std::get_if<Box>(&region)) return box->max;
-  if (const OrientedBox* const box = std::get_if<OrientedBox>(&region)) return box->centre;
-  if (const Sphere* const sphere = std::get_if<Sphere>(&region)) return sphere->centre;
-  const HalfSpace& half_space = std::get<HalfSpace>(region);
-  Point p = half_space.normal;
-  for (double& x : p)
-    x *= (half_space.offset - 1e-9 * std::fabs(half_space.offset)) / product(half_space.normal, half_space.normal);
-  return p;
-}
-bool is_in(const Region& region, const Point& p) {
-  if (const Box* const box = std::get_if<Box>(&region)) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (p[axis] < box->min[axis] || p[axis] > box->max[axis]) return false;
-    return true;
-  }
-  if (const HalfSpace* const half_space = std::get_if<HalfSpace>(&region))
-    return product(half_space->normal, p) <= half_space->offset;
-  const Point centre = a_point_of(region), to{p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
-  if (const Sphere* const sphere = std::get_if<Sphere>(&region))
-    return product(to, to) <= sphere->radius * sphere->radius;
-  for (const Point& half : std::get<OrientedBox>(region).half_axes)
-    if (std::fabs(product(to, half)) > product(half, half)) return false;
-  return true;
-}
-
-// Overlaps without any cleverness: a point of the region against the tet, points of the tet against the region. It may
-// miss a contact, it never invents one.
-bool surely_meets(const Region& region, const TetMesh& mesh, const Tet& tet) {
-  if (contains(mesh, tet, a_point_of(region))) return true;
-  constexpr int kSteps = 4;
-  for (int i = 0; i <= kSteps; ++i)
-    for (int j = 0; j <= kSteps - i; ++j)
-      for (int k = 0; k <= kSteps - i - j; ++k) {
-        const std::array<double, 4> weight = {i / double(kSteps), j / double(kSteps), k / double(kSteps),
-                                              (kSteps - i - j - k) / double(kSteps)};
-        Point p{};
-        for (std::size_t corner = 0; corner < 4; ++corner)
-          for (std::size_t axis = 0; axis < 3; ++axis)
-            p[axis] += weight[corner] * mesh.position(tet[corner])[axis];
-        if (is_in(region, p)) return true;
-      }
-  return false;
-}
-
 void check_mesh(const Sample& sample, const Extraction& extraction) {
   const test::MeshFacts facts = test::examine(extraction.mesh);
   CHECK(facts.inverted_tets == 0);
@@ -318,6 +260,60 @@ std::uint64_t bytes_of(const Extraction& extraction) {
   return bytes + 16 * extraction.mesh.tets.size() + 12 * extraction.boundary_faces.size();
 }
 
+/// What meets a focus region is the original, there and nowhere made coarser.
+void check_focus(const Sample& sample, const Region& region, const Extraction& extraction) {
+  const std::set<Tet> tets = in_original_ids(sample, extraction);
+  bool all_there = true;
+  for (const Tet& tet : sample.mesh.tets)
+    if (test::surely_meets(region, sample.mesh, tet))
+      all_there &= tets.count(test::sorted_keeping_orientation(tet)) != 0;
+  CHECK(all_there);
+  bool nothing_else = true;
+  const std::set<Tet> originals = original_tets(sample);
+  for (const Tet& tet : extraction.mesh.tets)
+    if (test::surely_meets(region, extraction.mesh, tet)) {
+      Tet original = tet;
+      for (VertexId& v : original)
+        v = sample.to_original[extraction.vertex_in_file[v.index()].index()];
+      nothing_else &= originals.count(test::sorted_keeping_orientation(original)) != 0;
+    }
+  CHECK(nothing_else);
+}
+
+/// Whatever no record made is original, and the errors stated are those of the records that made the others.
+void check_origins(const Sample& sample, const DatasetInfo& info, const Request& request,
+                   const Extraction& extraction) {
+  REQUIRE(extraction.made_by.size() == extraction.mesh.tets.size());
+  const std::set<Tet> originals = original_tets(sample);
+  bool none_means_original = true;
+  for (std::size_t t = 0; t < extraction.mesh.tets.size(); ++t) {
+    Tet tet = extraction.mesh.tets[t];
+    for (VertexId& v : tet)
+      v = sample.to_original[extraction.vertex_in_file[v.index()].index()];
+    none_means_original &=
+        extraction.made_by[t].is_none() == (originals.count(test::sorted_keeping_orientation(tet)) != 0);
+  }
+  CHECK(none_means_original);
+  for (std::size_t i = 0; i < 2; ++i) {
+    double most = 0;
+    std::vector<double> most_in_focus(request.focus.size(), 0);
+    for (std::size_t t = 0; t < extraction.mesh.tets.size(); ++t) {
+      if (extraction.made_by[t].is_none()) continue;
+      const double error = sample.own[i][extraction.made_by[t].index()];
+      most = std::max(most, error);
+      for (std::size_t k = 0; k < request.focus.size(); ++k)
+        if (test::surely_meets(request.focus[k].region, extraction.mesh, extraction.mesh.tets[t]))
+          most_in_focus[k] = std::max(most_in_focus[k], error);
+    }
+    CHECK(extraction.field_error[i] == most);
+    REQUIRE(extraction.in_focus.size() == request.focus.size());
+    for (std::size_t k = 0; k < request.focus.size(); ++k) {
+      CHECK(most_in_focus[k] <= extraction.in_focus[k].field_error[i]);
+      CHECK(extraction.in_focus[k].field_error[i] <= request.focus[k].error.absolute(info.fields[i].range));
+    }
+  }
+}
+
 void check_answer(const Sample& sample, const DatasetInfo& info, const Request& request, const Extraction& extraction) {
   const bool has_budget = request.max_tets || request.max_vertices || request.max_bytes;
   const bool passes_budget = (request.max_tets && extraction.mesh.tets.size() > *request.max_tets) ||
@@ -343,58 +339,12 @@ void check_answer(const Sample& sample, const DatasetInfo& info, const Request& 
           CHECK(extraction.field_error[i] <= bound.bound.absolute(info.fields[i].range));
     if (request.domain_error) CHECK(extraction.domain_error <= request.domain_error->absolute(info.diagonal));
   }
-  for (const Focus& focus : request.focus) {
-    if (focus.error.value > 0) continue;
-    const Region& region = focus.region;
-    const std::set<Tet> tets = in_original_ids(sample, extraction);
-    bool all_there = true;
-    for (const Tet& tet : sample.mesh.tets)
-      if (surely_meets(region, sample.mesh, tet)) all_there &= tets.count(test::sorted_keeping_orientation(tet)) != 0;
-    CHECK(all_there);
-    bool nothing_else = true;
-    const std::set<Tet> originals = original_tets(sample);
-    for (const Tet& tet : extraction.mesh.tets)
-      if (surely_meets(region, extraction.mesh, tet)) {
-        Tet original = tet;
-        for (VertexId& v : original)
-          v = sample.to_original[extraction.vertex_in_file[v.index()].index()];
-        nothing_else &= originals.count(test::sorted_keeping_orientation(original)) != 0;
-      }
-    CHECK(nothing_else);
-  }
-  if (request.origins) {
-    REQUIRE(extraction.made_by.size() == extraction.mesh.tets.size());
-    const std::set<Tet> originals = original_tets(sample);
-    bool none_means_original = true;
-    for (std::size_t t = 0; t < extraction.mesh.tets.size(); ++t) {
-      Tet tet = extraction.mesh.tets[t];
-      for (VertexId& v : tet)
-        v = sample.to_original[extraction.vertex_in_file[v.index()].index()];
-      none_means_original &=
-          extraction.made_by[t].is_none() == (originals.count(test::sorted_keeping_orientation(tet)) != 0);
-    }
-    CHECK(none_means_original);
-    for (std::size_t i = 0; i < 2; ++i) {
-      double most = 0;
-      std::vector<double> most_in_focus(request.focus.size(), 0);
-      for (std::size_t t = 0; t < extraction.mesh.tets.size(); ++t) {
-        if (extraction.made_by[t].is_none()) continue;
-        const double error = sample.own[i][extraction.made_by[t].index()];
-        most = std::max(most, error);
-        for (std::size_t k = 0; k < request.focus.size(); ++k)
-          if (surely_meets(request.focus[k].region, extraction.mesh, extraction.mesh.tets[t]))
-            most_in_focus[k] = std::max(most_in_focus[k], error);
-      }
-      CHECK(extraction.field_error[i] == most);
-      REQUIRE(extraction.in_focus.size() == request.focus.size());
-      for (std::size_t k = 0; k < request.focus.size(); ++k) {
-        CHECK(most_in_focus[k] <= extraction.in_focus[k].field_error[i]);
-        CHECK(extraction.in_focus[k].field_error[i] <= request.focus[k].error.absolute(info.fields[i].range));
-      }
-    }
-  } else {
+  for (const Focus& focus : request.focus)
+    if (!(focus.error.value > 0)) check_focus(sample, focus.region, extraction);
+  if (request.origins)
+    check_origins(sample, info, request, extraction);
+  else
     CHECK(extraction.made_by.empty());
-  }
 }
 
 } // namespace
@@ -524,9 +474,9 @@ TEST_CASE("a focus on a single point, where the domain has shrunk or grown too")
       const Extraction extraction = dataset->extract(request);
       std::set<Tet> expected, found;
       for (const Tet& tet : sample.mesh.tets)
-        if (contains(sample.mesh, tet, p)) expected.insert(test::sorted_keeping_orientation(tet));
+        if (test::contains(sample.mesh, tet, p)) expected.insert(test::sorted_keeping_orientation(tet));
       for (const Tet& tet : extraction.mesh.tets) {
-        if (!contains(extraction.mesh, tet, p)) continue;
+        if (!test::contains(extraction.mesh, tet, p)) continue;
         Tet original = tet;
         for (VertexId& v : original)
           v = sample.to_original[extraction.vertex_in_file[v.index()].index()];

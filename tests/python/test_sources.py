@@ -9,9 +9,10 @@ import tempfile
 import textwrap
 import threading
 import unittest
+import warnings
 import weakref
 
-from support import built, check_mesh
+from support import built, check_mesh, cube
 
 import numpy as np
 import ptet
@@ -179,6 +180,27 @@ class Sources(unittest.TestCase):
             data.wait_until_loaded()
             cut = data.extract(error="2%")
         np.testing.assert_array_equal(cut.tets, self.wanted.tets)
+
+    def test_what_is_not_there_yet_is_not_warned_of(self):
+        may_read = threading.Event()
+        may_read.set()
+
+        class Held(Reader):
+            def read(self, offset, size):
+                may_read.wait()
+                return super().read(offset, size)
+
+        data = ptet.open(Held(), background=True)
+        may_read.clear()
+        peak = {"error": 0, "values": ptet.Values("t", float(cube()[2]["t"].max()))}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            try:
+                self.assertEqual(data.extract(**peak).limited_by, "loading")  # the coarsest mesh, which is lower
+            finally:
+                may_read.set()
+            data.wait_until_loaded()
+            self.assertTrue(data.extract(**peak).complete)
 
     def test_closing_while_a_thread_reads(self):
         started = threading.Event()

@@ -33,21 +33,8 @@ std::optional<FieldBound> field_bound_of(std::string_view text) {
   return FieldBound{named ? std::string(text.substr(0, equals)) : std::string{}, *bound};
 }
 
-/// Finite numbers with commas between them. `text` is the whole that a refusal quotes.
-std::vector<double> numbers_of(std::string_view option, std::string_view text, std::string_view list) {
-  std::vector<double> numbers;
-  for (std::size_t begin = 0; begin <= list.size();) {
-    const std::size_t end = std::min(list.find(',', begin), list.size());
-    const std::string_view number = list.substr(begin, end - begin);
-    const auto value = finite(number);
-    if (!value) refuse(option, text, "'" + std::string(number) + "' is not a finite number");
-    numbers.push_back(*value);
-    begin = end + 1;
-  }
-  return numbers;
-}
 Point point_of(std::string_view option, std::string_view text, std::string_view list) {
-  const std::vector<double> numbers = numbers_of(option, text, list);
+  const std::vector<double> numbers = parse_numbers(option, text, list);
   if (numbers.size() != 3) refuse(option, text, "'" + std::string(list) + "' is not a point x,y,z");
   return {numbers[0], numbers[1], numbers[2]};
 }
@@ -87,6 +74,19 @@ double parse_number(std::string_view option, std::string_view text) {
   const auto value = finite(text);
   if (!value || std::signbit(*value)) refuse(option, text, "a finite number that is not negative is wanted");
   return *value;
+}
+
+std::vector<double> parse_numbers(std::string_view option, std::string_view text, std::string_view list) {
+  std::vector<double> numbers;
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    const std::string_view number = list.substr(begin, end - begin);
+    const auto value = finite(number);
+    if (!value) refuse(option, text, "'" + std::string(number) + "' is not a finite number");
+    numbers.push_back(*value);
+    begin = end + 1;
+  }
+  return numbers;
 }
 
 std::uint64_t parse_whole(std::string_view option, std::string_view text, std::uint64_t least, std::uint64_t most) {
@@ -180,7 +180,7 @@ Region parse_region(std::string_view option, std::string_view text) {
   const std::size_t colon = text.find(':');
   const std::string_view shape = text.substr(0, colon);
   const std::vector<double> numbers =
-      colon == std::string_view::npos ? std::vector<double>{} : numbers_of(option, text, text.substr(colon + 1));
+      colon == std::string_view::npos ? std::vector<double>{} : parse_numbers(option, text, text.substr(colon + 1));
   const auto point = [&](std::size_t first) { return Point{numbers[first], numbers[first + 1], numbers[first + 2]}; };
   if (shape == "box" && numbers.size() == 6) {
     const Box box{point(0), point(3)};

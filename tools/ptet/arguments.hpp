@@ -35,6 +35,8 @@ struct Count {
 [[nodiscard]] std::optional<double> finite(std::string_view text);
 /// A finite number >= 0.
 [[nodiscard]] double parse_number(std::string_view option, std::string_view text);
+/// Finite numbers with commas between them: `list`, which is a part of `text`, what was typed and a refusal quotes.
+[[nodiscard]] std::vector<double> parse_numbers(std::string_view option, std::string_view text, std::string_view list);
 /// A whole number >= `least`, <= `most`.
 [[nodiscard]] std::uint64_t parse_whole(std::string_view option, std::string_view text, std::uint64_t least,
                                         std::uint64_t most);

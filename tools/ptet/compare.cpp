@@ -198,4 +198,9 @@ void compare_meshes(const TetMesh& original, const TetMesh& copy, Findings& find
   compare_tets(original, copy, classes, findings);
 }
 
+void add_reading_notes(const std::string& path, const ReadReport& read, std::vector<std::string>& notes) {
+  for (const std::string& note : read.notes)
+    if (!note.ends_with(" not carried")) notes.push_back("'" + path + "': " + note);
+}
+
 } // namespace ptet::cli

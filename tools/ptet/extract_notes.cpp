@@ -1,9 +1,9 @@
 #include "extract_notes.hpp"
 
 #include "console.hpp"
+#include "mesh/magnitude.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -20,11 +20,9 @@ std::pair<double, double> range_of(const PointArray& array, const TetMesh& mesh)
   std::pair range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const Tet& tet : mesh.tets) {
     for (const VertexId v : tet) {
-      double value = array.value(v.index(), 0);
-      for (std::uint32_t c = 1; c < array.components; ++c)
-        value = std::hypot(value, array.value(v.index(), c));
-      range.first = std::min(range.first, array.components == 1 ? value : std::fabs(value));
-      range.second = std::max(range.second, array.components == 1 ? value : std::fabs(value));
+      const double value = magnitude(array, v);
+      range.first = std::min(range.first, value);
+      range.second = std::max(range.second, value);
     }
   }
   return range;

@@ -1,7 +1,6 @@
 #include "files.hpp"
 
 #include "formats/ptet/layout.hpp"
-#include "formats/vtk/read.hpp"
 #include "ptet/error.hpp"
 
 #include <array>
@@ -61,11 +60,6 @@ std::string checked_output(const std::string& option, const std::string& path, c
   if (!fs::is_directory(folder, status)) cannot("write", path, "there is no folder '" + folder.string() + "'");
   if (access(folder.c_str(), W_OK | X_OK) != 0) cannot("write", path, std::strerror(errno));
   return target.string();
-}
-
-void add_notes(const std::string& path, const ReadReport& read, std::vector<std::string>& notes) {
-  for (const std::string& note : read.notes)
-    if (!note.ends_with(" not carried")) notes.push_back("'" + path + "': " + note);
 }
 
 } // namespace ptet::cli

@@ -6,11 +6,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
-
-namespace ptet {
-struct ReadReport;
-}
 
 namespace ptet::cli {
 
@@ -25,10 +20,6 @@ namespace ptet::cli {
 /// the name. Throws Error: kIo when there is something other than a file, or the folder is missing or not writable;
 /// kBadArgument when it is the file `input`.
 [[nodiscard]] std::string checked_output(const std::string& option, const std::string& path, const std::string& input);
-
-/// Adds what was found while `path` was read and bears on a comparison: which cells were split or skipped, which time
-/// step it is. Not the arrays that are not carried.
-void add_notes(const std::string& path, const ReadReport& read, std::vector<std::string>& notes);
 
 /// Calls `f` for the .ptet file `path`, and puts the path before what it says when the file is corrupt.
 template <class F>

@@ -2,6 +2,7 @@
 // it is a sound mesh. It takes the two meshes and nothing else, so it is a check of what other commands state.
 #include "arguments.hpp"
 #include "commands.hpp"
+#include "compare.hpp"
 #include "console.hpp"
 #include "files.hpp"
 #include "formats/vtk/write.hpp"
@@ -337,7 +338,7 @@ void run(const Arguments& arguments) {
   outcome.original = load(arguments.original, progress);
   outcome.simplified = load(arguments.simplified, progress);
   for (const ComparedMesh* side : {&outcome.original, &outcome.simplified})
-    add_notes(side->path, side->read, outcome.notes);
+    add_reading_notes(side->path, side->read, outcome.notes);
   note_convention(outcome.original, outcome.notes);
   note_convention(outcome.simplified, outcome.notes);
   outcome.fields = choose_fields(arguments.fields, outcome.original, outcome.simplified, outcome.notes);

@@ -140,7 +140,7 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   progress.stage("reading the original");
   ReadReport read;
   const TetMesh original = read_mesh(*arguments.original, &read, progress.callback());
-  add_notes(*arguments.original, read, outcome.notes);
+  add_reading_notes(*arguments.original, read, outcome.notes);
   const std::string& expected = verified.reader->manifest().source_hash;
   if (!expected.empty() && hash_file(*arguments.original, progress.callback()) != expected) {
     outcome.notes.push_back("'" + *arguments.original +

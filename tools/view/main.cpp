@@ -50,14 +50,7 @@ view::Range parse_range(const std::string& text) {
 view::Plane parse_plane(const std::string& text, const DatasetInfo& info) {
   constexpr const char* kWanted = "x, y or z, with a place such as y:1.7, or nx,ny,nz,d is wanted";
   if (text.find(',') != std::string::npos) {
-    std::vector<double> numbers;
-    for (std::size_t begin = 0; begin <= text.size();) {
-      const std::size_t end = std::min(text.find(',', begin), text.size());
-      const std::optional<double> number = finite(text.substr(begin, end - begin));
-      if (!number) refuse("--plane", text, kWanted);
-      numbers.push_back(*number);
-      begin = end + 1;
-    }
+    const std::vector<double> numbers = parse_numbers("--plane", text, text);
     if (numbers.size() != 4) refuse("--plane", text, kWanted);
     const Point normal{numbers[0], numbers[1], numbers[2]};
     if (normal == Point{}) refuse("--plane", text, "the normal is 0,0,0");

@@ -1,5 +1,7 @@
 #include "placement.hpp"
 
+#include "mesh/vec3.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <variant>
@@ -35,10 +37,6 @@ Region moved(const Region& region, OfPoint&& point, OfLength&& length, OfPlane&&
     }
   };
   return std::visit(Visitor{point, length, plane}, region);
-}
-
-double dot(const Point& a, const Point& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 } // namespace

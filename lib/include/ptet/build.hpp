@@ -56,7 +56,7 @@ enum class Evaluation {
 enum class Objective {
   kMaximum,        ///< the greatest
   kRootMeanSquare, ///< the mean square over the domain
-  kBoth,           ///< the growing square over both
+  kBoth,           ///< both: each is held to a limit of its own, and the two limits grow together (the paper's 4.3)
 };
 
 /// As in options and reports: "quadric", "vertices", "max".
@@ -64,17 +64,17 @@ enum class Objective {
 [[nodiscard]] std::string_view name_of(Evaluation evaluation);
 [[nodiscard]] std::string_view name_of(Objective objective);
 
-/// Where a long build keeps what it has done, to go on from after an interruption. The build that goes on makes the
-/// same file, byte for byte, as one that was not interrupted, on any number of threads. A checkpoint is bound to the
-/// mesh, the options and the program: what is not the same is refused. It is a local file that is trusted: accidents
-/// are found by its hash, but do not go on from one that somebody else may have made.
+/// Where a long build keeps what it has done, so that it can go on after an interruption. The build that goes on makes
+/// the same file, byte for byte, as one that was not interrupted, on any number of threads. A checkpoint belongs to a
+/// mesh, options (but for the threads) and a program: with others it is refused. It is trusted: damage is found by its
+/// hash, but a forged one is not, so go on only from those that you wrote.
 struct CheckpointOptions {
   /// The file, written whole or not at all; empty: none. Removed by build_file() once its own file is there.
   std::string path;
-  /// A checkpoint is written between two rounds of collapses, or two batches of certified records, when at least so
-  /// many seconds have passed since the last one; besides when the collapses are done, and when the build is cancelled.
+  /// Seconds between two checkpoints, at least: one is written when the next round of collapses (or, after these, the
+  /// next batch of certified records) is done; besides, when all collapses are done and when the build is cancelled.
   double every_seconds = 300;
-  /// Go on from the checkpoint at `path`, which must be there. Otherwise nothing may be there.
+  /// true: go on from the checkpoint at `path`, which must be there. false: begin anew; nothing may be there.
   bool resume = false;
 };
 
@@ -82,9 +82,9 @@ struct BuildOptions {
   /// Names of the point arrays whose errors are measured, recorded and kept small; empty: every floating-point array,
   /// and if there is none every array. The other arrays are carried along, bit for bit.
   std::vector<std::string> fields;
-  /// No collapse whose field error would pass its bound is accepted. Empty: no limit.
+  /// Hard limits on the field errors of a collapse: one that would pass its field's is refused. Empty: no limit.
   std::vector<FieldBound> max_field_error;
-  /// Hard limit on the domain error of a collapse.
+  /// Hard limit on the domain error of a collapse: one that would pass it is refused.
   Bound max_domain_error{0.02, true};
   /// Stop at this number of vertices, or at this fraction of them when < 1. The build also stops when nothing more can
   /// be collapsed; the report says which.
@@ -97,24 +97,25 @@ struct BuildOptions {
   Objective objective = Objective::kBoth;
   /// Cap on the number of tets and boundary faces around a vertex after a collapse.
   std::uint32_t max_star = 64;
-  /// The best part of the candidates that a round may take; in (0, 1].
+  /// Collapses are made in rounds. Each looks at this part of the candidates, the best ones, in (0, 1], and makes those
+  /// whose stars no other collapse of the round has touched. The smaller, the nearer to collapsing strictly by error;
+  /// the larger, the fewer rounds, and the fewer splits depend on one another.
   double round_fraction = 0.3;
-  /// In 1 .. 65536; more than 1: the mesh is cut in so many pieces of equally many vertices, each is collapsed by
-  /// itself, one after the other, with its seams frozen, then seams and all that is left together. What collapsing
-  /// takes besides the mesh, in the first pass, is memory for one piece; the second pass holds all of the mesh. The
-  /// output depends on the number, not on where the pieces were collapsed (ptet/pieces_build.hpp). No checkpoints are
-  /// kept.
+  /// In 1 .. 65536. More than 1: the mesh is cut in so many pieces of equally many vertices. In a first pass each piece
+  /// is collapsed by itself, one after the other, with its seams frozen; that takes memory for the mesh and for one
+  /// piece's collapsing. In a second pass the seams and all that is left are collapsed together. The file depends on
+  /// the number of pieces, not on where they were collapsed (ptet/pieces_build.hpp). No checkpoints are kept.
   std::uint32_t pieces = 1;
   /// Also keep in what order vertices, tets and their corners stood, so that the original comes back in that order
   /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large
   /// meshes.
   bool keep_order = false;
-  /// Worker threads; 0: as many as the machine has. The output does not depend on it.
+  /// Worker threads; 0: as many as the machine has. The file does not depend on it.
   unsigned threads = 0;
-  /// The most resident memory that the process may come to, in bytes; 0: no limit. The build is refused when it is
-  /// foreseen to take more: from the counts of the mesh before anything is made of it, again when its boundary is
-  /// known; and it ends between two rounds when the process, with whatever else it does, comes near the limit. The
-  /// output does not depend on it.
+  /// The most resident memory that the process may come to, in bytes; 0: no limit. A build that is foreseen to take
+  /// more is refused with kLimit: before anything is allocated, by the counts of the mesh, and again when its boundary
+  /// is known. It also ends so between two rounds when the process, with whatever else it does, comes near the limit.
+  /// The file does not depend on it.
   std::uint64_t memory_limit = 0;
   CheckpointOptions checkpoint;
 };
@@ -135,13 +136,15 @@ struct BuildReport {
   std::uint64_t records = 0;
   std::uint32_t rounds = 0;
   std::uint32_t depth = 0; ///< longest chain of records that depend on one another
-  /// Tries by CollapseStatus; under kFrozenVertex the vertices that were never tried.
+  /// How many tries came to each CollapseStatus; under kFrozenVertex the number of vertices that were never tried.
   std::array<std::uint64_t, kCollapseStatusCount> collapses{};
-  /// "target", or "no candidate left" with what stands against each half-edge that is left.
+  /// Why the build ended: "target", or "no candidate left" and what kept the half-edges that are left from being
+  /// collapsed.
   std::string stopped_by;
   std::uint64_t simulations = 0;       ///< half-edges that were simulated at the removed vertices
   std::uint64_t exact_evaluations = 0; ///< half-edges whose exact errors were measured before they were taken
-  /// Largest recorded, by field, absolute; at removed vertices that the mesh leaves uncovered, too.
+  /// By governing field its name and the largest error recorded, in field units; errors at removed vertices outside of
+  /// the mesh count, too.
   std::vector<std::pair<std::string, double>> field_error;
   double domain_error = 0;            ///< largest recorded, mesh units
   std::vector<RoundReport> walk;      ///< one for each of `rounds`
@@ -151,8 +154,8 @@ struct BuildReport {
   double collapse_seconds = 0; ///< wall time of the collapse loop, candidates and checks included
   double certify_seconds = 0;  ///< wall time of an exact evaluation after the collapses; 0 when there was none
   double total_seconds = 0;
-  /// Collapses made anew from a checkpoint, without searching; the other counts are those of the whole build, the
-  /// seconds those of this run.
+  /// Collapses taken over from a checkpoint and made again, without a search. All other counts are of the whole build,
+  /// seconds of this run.
   std::uint64_t resumed_records = 0;
   double resume_seconds = 0;          ///< wall time of that
   std::uint32_t checkpoints = 0;      ///< written in this run

@@ -42,24 +42,24 @@ struct FieldInfo {
 };
 
 struct DatasetInfo {
-  std::uint64_t vertices = 0; ///< of the original
-  std::uint64_t tets = 0;
-  std::uint64_t base_vertices = 0;
-  std::uint64_t base_tets = 0;
-  std::uint64_t records = 0;
-  std::uint64_t blocks = 0;
+  std::uint64_t vertices = 0;      ///< of the original
+  std::uint64_t tets = 0;          ///< likewise
+  std::uint64_t base_vertices = 0; ///< of the base mesh, the coarsest there is
+  std::uint64_t base_tets = 0;     ///< likewise
+  std::uint64_t records = 0;       ///< vertex splits: what leads from the base mesh to the original
+  std::uint64_t blocks = 0;        ///< in which records are stored and read
   std::uint64_t file_bytes = 0;
   ScalarType position_type = ScalarType::kFloat32;
   bool has_input_order = false;   ///< see Request::input_order
-  bool errors_are_bounds = false; ///< else all errors are what the build has seen, and the true ones may be larger
+  bool errors_are_bounds = false; ///< false: errors are those that the build has seen, and true ones may be larger
   std::vector<FieldInfo> fields;
-  Point box_min{};
+  Point box_min{}; ///< of the original's bounding box, mesh units
   Point box_max{};
-  double diagonal = 0;
+  double diagonal = 0;                 ///< of that box: what relative domain errors refer to
   std::vector<double> max_field_error; ///< of the base mesh, one per governing field, in the order of `fields`
-  double max_domain_error = 0;
-  std::vector<double> base_rms_error; ///< of the base mesh, see Extraction::rms_error
-  std::string provenance_json;        ///< the manifest as JSON text: tool version, options, input name and hash
+  double max_domain_error = 0;         ///< of the base mesh, mesh units
+  std::vector<double> base_rms_error;  ///< of the base mesh, see Extraction::rms_error
+  std::string provenance_json;         ///< the manifest as JSON text: tool version, options, input name and hash
 };
 
 /// The largest errors among the tets and boundary faces of a part of the mesh, stated as those of the whole mesh are.
@@ -68,8 +68,9 @@ struct PartErrors {
   double domain_error = 0;         ///< mesh units
 };
 
+/// The mesh that answers a request. It owns all it has, and outlives the dataset.
 struct Extraction {
-  TetMesh mesh; ///< only the vertices that its tets use (all of them when it is the original)
+  TetMesh mesh; ///< with the vertices that its tets use, no others (the original: with all that it had)
   /// For each vertex its id in the file: stable from request to request.
   std::vector<VertexId> vertex_in_file;
   /// For each vertex its id in the mesh that the file was built from, ascending. Only when Request::input_order is set,
@@ -78,60 +79,67 @@ struct Extraction {
   /// For each tet the record that made it; none: the tet is an original one, its error is 0. Only when
   /// Request::origins is set, else empty.
   std::vector<RecordId> made_by;
-  /// Outward oriented boundary faces of `mesh`.
+  /// Boundary faces of `mesh`, oriented outward: counter-clockwise as seen from outside.
   std::vector<std::array<VertexId, 3>> boundary_faces;
-  /// Largest error of any tet of the mesh as the file states it, one per governing field, in field units. In a file
-  /// built with exact evaluation this is a bound: nowhere in the domain is the error larger, where the mesh covers it.
-  /// Original vertices that it does not cover do not count here; but a bound that a request asks everywhere holds for
-  /// them, too, each against the closest point of a tet near by (sampled: at vertices only).
-  /// Of a block not read for this request the largest error of a tet counts, in the mesh or not.
+  /// The largest error of a tet of the mesh, as the file states it: one number per governing field, in the order of
+  /// DatasetInfo::fields and in field units. In a file built with exact evaluation (DatasetInfo::errors_are_bounds)
+  /// no point that the mesh covers has a larger error.
+  ///
+  /// Original vertices outside of the mesh do not count here. But a bound that a request asks everywhere holds for
+  /// them, too: each is compared with the closest point of a tet near by (that is sampled, at vertices only).
+  /// Where a block was not read for this request, the largest error of its tets stands for those of the mesh, so the
+  /// number may be larger than need be; Request::origins makes it as small as it is known.
   std::vector<double> field_error;
   /// Root of the mean square error: sqrt(integral of |Phi - phi|^2 / volume of the original), Phi the original field
   /// and phi that of the mesh, over the original domain where the mesh covers it; one per governing field, in field
   /// units, empty when the build did not measure it. Never below what the build measured, and above it only by the
   /// rounding of the file: up to 4.5% where no collapse lowered the error.
   std::vector<double> rms_error;
-  /// Likewise of any boundary face: a bound on the distance to it from all of the original boundary that it stands for,
-  /// and from any of its points to the original boundary, mesh units. So no point of either boundary is further from
-  /// the other: neither one-sided Hausdorff distance is larger. Distances below 1e-12 of the diagonal count as none.
-  /// In a file built without exact evaluation: sampled, from the original boundary only.
+  /// The largest domain error of a boundary face of the mesh, mesh units: how far the part of the original boundary
+  /// that the face stands for is from it, and any of its points from the original boundary. In a file built with exact
+  /// evaluation no point of either boundary is further from the other, which is to say that neither one-sided Hausdorff
+  /// distance is larger; distances below 1e-12 of the diagonal count as none. In other files: sampled, from the
+  /// original boundary only.
   double domain_error = 0;
-  /// The same for parts of the mesh that the request names: what meets Request::focus[i]; what may take the values
-  /// Request::values[i], widened by its own error; what meets the picture of Request::view.
+  /// The same for parts of the mesh that the request names: in_focus[i] is of what meets Request::focus[i];
+  /// at_values[i] of the tets whose values, widened by their own error, reach into Request::values[i]; in_view of what
+  /// meets the picture of Request::view.
   std::vector<PartErrors> in_focus;
   std::vector<PartErrors> at_values;
   std::optional<PartErrors> in_view;
-  /// Largest domain error in the picture as the view counts it, pixels: infinite where a face with an error comes as
-  /// near to the eye as the error is large. 0 without a view.
+  /// The largest domain error in the picture of the view, in pixels: infinite where a face comes nearer to the eye than
+  /// its error is large. 0 without a view.
   double pixels_in_view = 0;
   LimitedBy limited_by = LimitedBy::kNothing;
   /// Whether all blocks were there that the request depends on. If not, limited_by says why; the mesh is conforming,
   /// coarser than asked where records are missing, and the errors stated are those of this mesh: field_error and
   /// domain_error may be above the bounds asked. Where made_by is none, the tet may then be made by a missing record.
   bool complete = true;
-  /// The blocks among them that could not be had, ascending.
+  /// The blocks that the request depends on and that could not be had, ascending by number.
   std::vector<BlockFailure> failures;
   std::uint64_t bytes_read = 0;    ///< from the source for this dataset so far, opening included
   std::uint64_t read_requests = 0; ///< likewise: how often the source was asked
   double seconds = 0;              ///< wall time of the call
 };
 
-/// What a request asks of places that its answer has not.
+/// Regions and values that a request asks for and that the mesh has not: a focus beside it, values that no point of it
+/// has. As a rule a slip of the user's, who wants to be told.
 struct UnmetWishes {
-  std::vector<std::size_t> focus;  ///< places in Request::focus of regions that no tet of the mesh meets
-  std::vector<std::size_t> values; ///< places in Request::values of intervals that no point of the mesh has a value in
+  std::vector<std::size_t> focus;  ///< indices into Request::focus of the regions that no tet of the mesh meets
+  std::vector<std::size_t> values; ///< indices into Request::values of the intervals that no point has a value in
 };
-/// `mesh`: of the Extraction that answered the request. Thread rule: const. Cost: next to nothing for what is met,
-/// a look at every tet for what is not.
+/// `mesh`: that of the Extraction that answered the request, which should be complete: what is missing of another may
+/// have what was asked for. Thread rule: const. Cost: next to nothing for what is met, a look at every tet for what is
+/// not.
 [[nodiscard]] UnmetWishes unmet_wishes(const Request& request, const TetMesh& mesh);
 
 /// What the file says of a tet by the record that made it, see Extraction::made_by.
 enum class OriginValue {
   kFieldError,  ///< largest error of a governing field among the tets that the record made, field units
   kDomainError, ///< likewise of the boundary faces, mesh units
-  /// n: the mesh was down to between 1/2^(n-1) and 1/2^n of its vertices, as the order of the file tells it
+  /// n: when the builder made the collapse, the mesh had between 1/2^n and 1/2^(n-1) of its vertices left
   kLevel,
-  kGeneration, ///< how many splits must be made one after the other before that of the record can be
+  kGeneration, ///< how many splits must be made, one after the other, before that of the record
 };
 
 /// An opened .ptet file. Shared and const: any number of threads may extract from one Dataset at a time; while one
@@ -163,22 +171,24 @@ public:
   /// proportional to the mesh and to the blocks first read; with Request::input_order to the original, too.
   [[nodiscard]] Extraction extract(const Request& request, const ProgressCallback& progress = {}) const;
 
-  /// Fills values[i] with what record made_by[i] says: 0 where it is none, for an original tet, and NaN where it is not
-  /// in memory. `field`: for errors of a field its place among the governing ones.
+  /// Fills values[i] with what record made_by[i] says of the tets it made; `made_by` is as in Extraction::made_by or
+  /// Session::made_by(). 0 for an original tet (no record), NaN for a record that is not in memory. `field`: only for
+  /// OriginValue::kFieldError, the place of the field among the governing ones.
   /// Throws Error(kBadArgument) for another number of values than of records, no such record or no such field.
   /// Cost: a look at each record, some nanoseconds.
   void origin_values(std::span<const RecordId> made_by, OriginValue what, std::size_t field,
                      std::span<double> values) const;
 
-  /// Waits until the blocks that extractions asked for are loaded, or found not to be had; see
-  /// OpenOptions::background. A budget's blocks are known one after the other: where the next extraction is still
-  /// kLoading, wait and ask again.
+  /// With OpenOptions::background: waits until the blocks that extractions asked for are loaded, or found not to be
+  /// had; without, returns at once. With a budget, which blocks it takes is found out one after the other: where the
+  /// next extraction is still limited by kLoading, wait and ask again.
   /// Throws Error(kCancelled) when `progress`, called now and then, returns false; std::bad_alloc.
   void wait_until_loaded(const ProgressCallback& progress = {}) const;
 
-  /// From the source so far, opening included.
+  /// Bytes read from the source so far, opening included.
   [[nodiscard]] std::uint64_t bytes_read() const;
 
+  // What follows is the library's own.
   class Impl;
   explicit Dataset(std::unique_ptr<Impl> impl);
   [[nodiscard]] Impl& impl() const { return *impl_; }

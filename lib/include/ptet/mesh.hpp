@@ -36,7 +36,8 @@ enum class ScalarType : std::uint8_t {
 /// "float32", "uint8" and so on.
 [[nodiscard]] const char* name_of(ScalarType type);
 
-/// A table of `size()` rows of `components` scalars, kept in its own type, native byte order.
+/// A table of numbers: `size()` rows of `components` scalars of one type, row after row without gaps, in the machine's
+/// byte order. In a mesh, row v is that of vertex v.
 struct PointArray {
   std::string name;
   ScalarType type = ScalarType::kFloat32;
@@ -45,8 +46,10 @@ struct PointArray {
 
   [[nodiscard]] std::size_t row_bytes() const { return size_of(type) * components; }
   [[nodiscard]] std::size_t size() const { return row_bytes() == 0 ? 0 : bytes.size() / row_bytes(); }
-  /// One scalar as a double. 64-bit integers beyond 2^53 are rounded.
+  /// One scalar as a double; 64-bit integers beyond 2^53 are rounded. Not checked: row < size(), component <
+  /// components.
   [[nodiscard]] double value(std::size_t row, std::uint32_t component) const;
+  /// New rows are 0.
   void resize(std::size_t rows) { bytes.resize(rows * row_bytes()); }
 
   friend bool operator==(const PointArray&, const PointArray&) = default;
@@ -56,11 +59,12 @@ struct PointArray {
 using Tet = std::array<VertexId, 4>;
 
 struct TetMesh {
-  PointArray positions{"", ScalarType::kFloat64, 3, {}};
-  std::vector<PointArray> point_arrays;
-  std::vector<Tet> tets;
+  PointArray positions{"", ScalarType::kFloat64, 3, {}}; ///< 3 components, any numeric type
+  std::vector<PointArray> point_arrays;                  ///< the fields: each has as many rows as `positions`
+  std::vector<Tet> tets;                                 ///< vertex ids are rows of `positions`
 
   [[nodiscard]] std::size_t vertex_count() const { return positions.size(); }
+  /// Not checked: v < vertex_count().
   [[nodiscard]] Point position(VertexId v) const {
     return {positions.value(v.index(), 0), positions.value(v.index(), 1), positions.value(v.index(), 2)};
   }

@@ -114,7 +114,8 @@ typedef struct ptet_source {
 typedef struct ptet_open_options {
   uint64_t struct_size;
   uint64_t memory_limit; /* bytes that decoded blocks may take; 0: what max_bytes leaves */
-  uint64_t max_gap;      /* blocks so many bytes or less apart are read by one request; for a server some 500,000 */
+  uint64_t max_gap;      /* blocks so many bytes or less apart are read by one request, with what is between them; for a
+                            server some 500,000 are good */
   uint64_t max_bytes;    /* memory for all that the dataset holds; 0: 2^35 */
   uint64_t max_vertices; /* of the original; 0: 2^30 */
   uint64_t max_tets;     /* of the original; 0: 2^32 */
@@ -178,8 +179,9 @@ int32_t ptet_dataset_find_field(const ptet_dataset* dataset, const char* name);
 /* Where the file comes from, as JSON: version of the tool, options of the build, name and hash of its input. */
 const char* ptet_dataset_provenance(const ptet_dataset* dataset);
 
-/* Waits until the blocks that extractions asked for are loaded, or found not to be had. A budget's blocks are known one
- * after the other: where the next extraction is still PTET_LIMITED_BY_LOADING, wait and ask again. */
+/* With ptet_open_options.background: waits until the blocks that extractions asked for are loaded, or found not to be
+ * had; without, returns at once. With a budget, which blocks it takes is found out one after the other: where the next
+ * extraction is still PTET_LIMITED_BY_LOADING, wait and ask again. `progress` may be NULL. */
 ptet_status ptet_dataset_wait_until_loaded(const ptet_dataset* dataset, ptet_progress_callback progress, void* user,
                                            ptet_error** error);
 
@@ -201,20 +203,21 @@ ptet_status ptet_request_add_field_error(ptet_request* request, const char* fiel
                                          ptet_error** error);
 /* No point of the boundary or the original's may be further from the other than this. */
 ptet_status ptet_request_set_domain_error(ptet_request* request, double value, int32_t relative, ptet_error** error);
-/* Budgets: of what is asked the collapses that the builder made last are undone first, up to the first that does not
- * fit. The coarsest mesh and what focus regions need are there in any case. */
+/* Budgets of size. Of what is asked the collapses that the builder made last are undone first, up to the first that
+ * would pass a budget. The coarsest mesh and what focus regions need are there in any case. */
 ptet_status ptet_request_set_max_tets(ptet_request* request, uint64_t tets, ptet_error** error);
 ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertices, ptet_error** error);
-/* How long ptet_session_update may take, about; what it then has not done the next update does. It reads at least one
- * block that it needs, and more as they seem to fit the time; it does not count what finding the cut takes.
- * ptet_dataset_extract then gives what it has: two answers to such a request need not be the same. */
+/* About how long a call may take, wall time. ptet_session_update leaves to the next update what it has not done: it
+ * reads at least one block that it needs, and more as they seem to fit the time; what finding the cut takes is not
+ * bounded. ptet_dataset_extract stops refining and gives what it has: two answers to such a request need not be the
+ * same. */
 ptet_status ptet_request_set_max_milliseconds(ptet_request* request, double milliseconds, ptet_error** error);
 /* Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each). */
 ptet_status ptet_request_set_max_bytes(ptet_request* request, uint64_t bytes, ptet_error** error);
 
-/* Focus regions: every tet that meets one has no larger error than the focus error, which is 0 at first: the original.
- * They are numbered from 0 in the order in which they are added. `min`, `max`, `centre`, `normal`: three numbers each.
- */
+/* Focus regions: no tet that meets one has a larger error than the focus error. That is 0 at first: the tets there are
+ * original ones. Regions are numbered from 0 in the order in which they are added. `min`, `max`, `centre`, `normal`:
+ * three numbers each, mesh units. */
 ptet_status ptet_request_add_focus_box(ptet_request* request, const double* min, const double* max, ptet_error** error);
 /* `half_axes`: three times three numbers, from the centre to the middle of a side; mutually perpendicular. */
 ptet_status ptet_request_add_focus_oriented_box(ptet_request* request, const double* centre, const double* half_axes,
@@ -224,11 +227,12 @@ ptet_status ptet_request_add_focus_sphere(ptet_request* request, const double* c
 /* The points x with dot(normal, x) <= offset. */
 ptet_status ptet_request_add_focus_half_space(ptet_request* request, const double* normal, double offset,
                                               ptet_error** error);
-/* The error allowed in all focus regions of the request, also those that are added later. It holds for every governing
- * field, and as the same fraction for the domain. */
+/* The error allowed in all focus regions of the request, also in those that are added later. It holds for every
+ * governing field and, as the same fraction of the diagonal, for the domain; where it is absolute, as the fraction that
+ * it is of the largest range of a governing field. */
 ptet_status ptet_request_set_focus_error(ptet_request* request, double value, int32_t relative, ptet_error** error);
-/* Outside, the error allowed grows by this with the distance from the region divided by the diagonal; likewise for all
- * regions. When it is called for none, nothing is asked outside. */
+/* Outside of a region the error allowed grows: by this for every diagonal of distance from it. For all regions of the
+ * request, also those that are added later. Unless it is called, nothing is asked outside. */
 ptet_status ptet_request_set_focus_falloff(ptet_request* request, double value, int32_t relative, ptet_error** error);
 /* The same for one region, which must have been added. */
 ptet_status ptet_request_set_region_error(ptet_request* request, uint32_t region, double value, int32_t relative,
@@ -249,8 +253,9 @@ typedef struct ptet_view {
   double vertical_angle; /* of the whole picture, radians, below pi */
   uint32_t width;        /* pixels */
   uint32_t height;
-  double max_pixels; /* largest domain error on the screen */
-  double outside;    /* what cannot be seen may have so many times the errors; >= 1, infinity: nothing is asked there */
+  double max_pixels; /* largest domain error in the picture, pixels */
+  double outside;    /* outside the picture errors may be so many times those allowed in it; >= 1, INFINITY: nothing is
+                        asked there */
 } ptet_view;
 /* The struct is copied. */
 ptet_status ptet_request_set_view(ptet_request* request, const ptet_view* view, ptet_error** error);
@@ -407,9 +412,9 @@ typedef struct ptet_session_changes {
   double seconds;      /* wall time of the call */
   ptet_limit limited_by;
   int32_t complete; /* 1: this is the mesh that was asked for; 0: the next update with the same request goes on */
-  /* 1: slots have other numbers than before, the first ones; those in use are all among the changed ones, and there may
-   * be fewer slots. So it is where of more than 4096 tet slots less than one in four is used once the update is
-   * complete, and where the session had to start over. 0: slots stay. */
+  /* 1: tets, faces and vertices were moved to the first slots; those in use are all among the changed ones, and there
+   * may be fewer slots. That happens when the update is complete and of more than 4096 tet slots less than one in four
+   * is used, and when the session had to start over. 0: what stays in the mesh keeps its slot. */
   int32_t renumbered;
   uint32_t failures; /* blocks that could not be had, see ptet_session_get_failure */
 } ptet_session_changes;

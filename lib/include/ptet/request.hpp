@@ -53,19 +53,22 @@ using Region = std::variant<Box, OrientedBox, Sphere, HalfSpace>;
 /// A part of space where more is asked than elsewhere, whatever else the request says.
 struct Focus {
   Region region;
-  /// Largest error of the tets and boundary faces that meet the region: for every governing field; a domain error is
-  /// allowed up to the same fraction of the diagonal (an absolute bound: up to the least fraction that it is of a
-  /// field's range). 0: they are original ones, bit for bit.
+  /// Largest error allowed of the tets and boundary faces that meet the region.
+  ///   0         these are original ones, bit for bit
+  ///   relative  every governing field may be off by this fraction of its range, the boundary by this fraction of the
+  ///             diagonal
+  ///   absolute  every governing field may be off by this, in its units; the boundary by the fraction of the diagonal
+  ///             that this is of the largest range of a governing field
   Bound error{0, true};
-  /// Outside: the error allowed of a tet at a distance from the region, measured from its nearest point, is
-  /// error + falloff * (distance / diagonal of the bounding box). None: nothing is asked outside.
+  /// Outside the region the error may grow with the distance: of a tet whose nearest point is `distance` away from the
+  /// region, error + falloff * distance / diagonal is allowed. None: nothing is asked outside.
   std::optional<Bound> falloff = std::nullopt;
 };
 
 /// Refine only where a field may take values in [min, max]; min == max: an isovalue.
 struct ValuesOfInterest {
-  std::string field; ///< a governing one; of vectors the Euclidean norm counts
-  double min = 0;
+  std::string field; ///< a governing one; of a field of vectors the interval is of their Euclidean norm
+  double min = 0;    ///< field units, as `max`; -infinity and infinity leave an end open
   double max = 0;
 };
 
@@ -79,51 +82,61 @@ struct View {
   std::uint32_t height = 1080; ///< pixels
   /// Largest domain error, in pixels: as seen from the eye no boundary point in the picture is further from its place.
   double max_pixels = 1;
-  /// What cannot be seen may have so many times the errors; >= 1. Infinity: nothing is asked outside the picture.
+  /// Outside the picture errors may be so many times those allowed in it; >= 1. Infinity: nothing is asked there.
   double outside = std::numeric_limits<double>::infinity();
 };
 
+/// Left as it is, it asks for the original mesh.
 struct Request {
-  /// Bounds on field errors; a bound with an empty name is for every governing field.
+  /// The largest field errors allowed; where two bounds are on one field the smaller holds.
   std::vector<FieldBound> field_error;
+  /// The largest distance allowed between the boundary of the mesh and that of the original, either way.
   std::optional<Bound> domain_error;
 
-  /// Budgets: of what is asked the collapses made last are undone first, up to the first that does not fit. With no
-  /// bounds that is the mesh that the builder had at that size (to within 2.2% of its vertices), the smallest error in
-  /// the sense of the file's objective. The base mesh and what the focus regions need inside are there in any case,
-  /// even where they pass a budget.
+  /// Budgets of size. Of what is asked the collapses that the builder made last are undone first, up to the first that
+  /// would pass a budget. With no bounds that gives the mesh that the builder had at that size (to within 2.2% of its
+  /// vertices), the one with the smallest error in the sense of the file's objective. The base mesh and what the focus
+  /// regions need inside are there in any case, even where they pass a budget.
   std::optional<std::uint64_t> max_tets;
   std::optional<std::uint64_t> max_vertices;
   /// Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each).
   std::optional<std::uint64_t> max_bytes;
-  /// How long the call may take, about. extract() then stops refining, the focus too: putting the mesh out, whose time
-  /// is reckoned with as it grows, and the read under way may pass it, and two answers to such a request need not be
-  /// the same. Session::update leaves what it has not done to the next update, and comes to the same mesh in the end:
-  /// it reads blocks as they seem to fit the time, at least one unless another thread is reading, and splits and
-  /// collapses 64 records between two looks at the clock, for half of the time where all of it went before. Not bounded
-  /// is what it takes to find the cut among the records in memory; nor is reading where memory is limited. With
-  /// OpenOptions::background it never reads itself, but waits while some dozen records are put in their places, and
-  /// while tables are packed once all of the file is read, or made anew where damage is met.
+  /// About how long the call may take, wall time.
+  ///
+  /// Dataset::extract stops refining when the time is up, inside focus regions too. Making the mesh out of what was
+  /// refined is reckoned with; a read that is under way may still pass the time. Two answers to such a request need not
+  /// be the same.
+  ///
+  /// Session::update leaves to the next update what it has not done, and comes to the same mesh in the end. It reads as
+  /// many blocks as seem to fit the time, but at least one (unless another thread is reading), then splits and
+  /// collapses, looking at the clock every 64 records: these get at least half of the time, however long reading took.
+  /// Not bounded: finding the cut among the records in memory, and reading where memory is limited
+  /// (OpenOptions::memory_limit). With OpenOptions::background it reads nothing itself, but may have to wait while the
+  /// reading thread puts some dozen records in their places, packs its tables once all of the file is read, or makes
+  /// them anew where it met damage.
   std::optional<double> max_milliseconds;
 
-  /// Each asks by itself; falloffs share the budgets with what else is asked outside.
+  /// Each region is refined for itself, whatever the bounds and budgets say; what their falloffs ask for outside is
+  /// subject to the budgets.
   std::vector<Focus> focus;
-  /// Where given, bounds on errors (the view's too) hold only where one of these may be met: where the values of a tet,
-  /// widened by its error, reach into the interval. So neither the isosurface of the mesh nor that of the original runs
-  /// where the bounds do not hold. With no bound the tets there are original ones.
+  /// Where given, the bounds on errors and the view's hold only for tets that may have one of these values: whose
+  /// values, widened by the tet's error, reach into the interval. So neither the isosurface of the mesh nor that of the
+  /// original runs where the bounds do not hold. With no bounds these tets are original ones.
   std::vector<ValuesOfInterest> values;
+  /// Where given, what the picture shows is sharp to View::max_pixels, besides the bounds on errors.
   std::optional<View> view;
 
-  /// Also fill Extraction::made_by, keep Session::made_by(), and state the errors achieved as tightly as they are
-  /// known. This reads all of the file: what made a tet is often told by a record that is not needed for the mesh.
+  /// Also tell which record made each tet (Extraction::made_by, Session::made_by()), and state the errors achieved as
+  /// tightly as they are known. This reads all of the file: what made a tet is often told by a record that is not
+  /// needed for the mesh.
   bool origins = false;
 
-  /// Vertices in the order of the mesh that the file was built from, and, where all of it is there, its tets and their
-  /// corners, too: byte for byte what was given. Also fill Extraction::input_vertex. Only of a file that keeps it
-  /// (DatasetInfo::has_input_order); not of a Session, whose slots have an order of their own. Each call reads
-  /// what the file has of it, all at once, also with OpenOptions::background and whatever the budget of time.
+  /// Put vertices in the order of the mesh that the file was built from, and fill Extraction::input_vertex. Where the
+  /// answer is the whole original its tets and their corners come in that order, too: byte for byte what was given.
+  /// Only of a file that keeps the order (DatasetInfo::has_input_order), and not of a Session, whose slots have an
+  /// order of their own. Each call reads all that the file has of it, also with OpenOptions::background and whatever
+  /// the budget of time.
   bool input_order = false;
 };
-// A request that asks for nothing at all asks for the original mesh.
 
 } // namespace ptet

@@ -23,9 +23,10 @@ namespace ptet {
 
 /// What an update did and what mesh there is now. The spans are valid until the next update.
 struct SessionUpdate {
-  /// Slots that were taken, freed or have other corners now, or a vertex in its place; each once, in no order. A slot
-  /// that is in the end as it was may be among them. Tets are, too, of which Session::made_by() tells otherwise: where
-  /// a request asks for it that comes after one that did not, all in use.
+  /// The slots to be copied anew: those that were taken, were freed, or hold something else now (tets and faces: other
+  /// corners); each once, in no order. A slot that is in the end as it was may be among them. With
+  /// Request::origins, so are tets that Session::made_by() now gives another record for; when origins are asked for
+  /// after a request that did not, these are all tets in use.
   std::span<const std::uint32_t> changed_tets, changed_faces, changed_vertices;
   /// Of the mesh as it is now.
   std::uint64_t tets = 0, boundary_faces = 0, vertices = 0;
@@ -42,10 +43,10 @@ struct SessionUpdate {
   bool complete = true;
   std::span<const BlockFailure> failures; ///< as in Extraction
   double seconds = 0;                     ///< wall time of the call
-  /// Whether slots have other numbers than before: tets, faces and vertices are in the first ones then, and the arrays
-  /// shorter as a rule; `changed_...` tell of all slots in use. So it is where of more than 4096 tet slots less than
-  /// one in four is used once the update is complete (moving them costs a look at all slots and records), and where the
-  /// session started over, see update(). Otherwise slots stay.
+  /// Whether tets, faces and vertices were moved to the first slots; `changed_...` then have all slots in use, and the
+  /// arrays are shorter as a rule. That happens when the update is complete and of more than 4096 tet slots less than
+  /// one in four is used (it costs a look at all slots and records), and when the session started over, see update().
+  /// Otherwise what stays in the mesh keeps its slot.
   bool renumbered = false;
 };
 
@@ -61,35 +62,39 @@ public:
   Session& operator=(Session&&) noexcept;
 
   /// Makes the mesh that answers `request`: once it is complete, that of Dataset::extract(request), whatever came
-  /// before. Reads the blocks that it needs, and keeps them in memory. Where they were dropped all the same (a damaged
-  /// block was met, see OpenOptions::memory_limit), it starts over from the base mesh, and slots may be other ones,
-  /// see SessionUpdate::renumbered. Throws what extract
-  /// throws. A request that is refused (kBadArgument) leaves the mesh as it was; whatever else is thrown, as for want
-  /// of memory, leaves slots that are of no use before the next update, which starts over.
-  /// Cost: proportional to what differs from the last request and to the blocks that the request divides. Where a view,
-  /// values or a falloff go with a budget of size, the cut is searched for among all records of such blocks unless the
-  /// request is the last one again. Allocates no memory but for that search, to read, where the mesh grows beyond what
-  /// it ever was, and where it is renumbered; with origins, where they are asked for first.
+  /// before. Reads the blocks that it needs, and keeps them in memory. Where they were dropped all the same (see
+  /// OpenOptions::memory_limit; or a damaged block was met), it starts over from the base mesh, see
+  /// SessionUpdate::renumbered.
+  ///
+  /// Returns what changed; valid until the next update.
+  /// Throws what extract throws, and Error(kBadArgument) for Request::input_order. A request that is refused
+  /// (kBadArgument) leaves the mesh as it was. Whatever else is thrown, as for want of memory, leaves slots that must
+  /// not be used before the next update, which starts over.
+  /// Cost: proportional to what differs from the last request, and to the records of blocks of which the request wants
+  /// some and not others. Where a view, values or a falloff go with a budget of size, all records of such blocks are
+  /// looked at unless the request is the last one again.
+  /// Allocates memory only for that search, to read, where the mesh grows beyond what it ever was, where it is
+  /// renumbered, and where origins are asked for first.
   const SessionUpdate& update(const Request& request);
 
-  // The mesh by slots; unused slots are kUnused throughout, vertices none. Valid until the next update.
+  // The mesh by slots, valid until the next update. In unused slots all corners are kUnused, vertices and records none.
   /// Vertex slots of the corners; positively oriented.
   [[nodiscard]] std::span<const std::array<std::uint32_t, 4>> tets() const;
-  /// For each tet slot the record that made the tet, as Extraction::made_by says; none for original tets and unused
-  /// slots. Empty unless the last request has `origins`. Kept up at no more than what the change itself costs, in some
-  /// 80 bytes a vertex of the original; a request that is the first to ask for it costs a look at all records, whatever
-  /// time it has. Dataset::origin_values tells errors and levels by it.
+  /// For each tet slot the record that made the tet, as Extraction::made_by; none for original tets and unused slots.
+  /// Empty unless the last request has `origins`. Dataset::origin_values tells errors and levels by it.
+  /// Cost: the first request that asks for it takes a look at all records, whatever time it has, and some 80 bytes a
+  /// vertex of the original; from then on no more than the change of the mesh itself.
   [[nodiscard]] std::span<const RecordId> made_by() const;
-  /// Outward oriented.
+  /// Vertex slots of the corners; oriented outward.
   [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> boundary_faces() const;
   /// Ids in the file, as Extraction::vertex_in_file.
   [[nodiscard]] std::span<const VertexId> vertices() const;
-  /// A row for each vertex slot, those of unused slots of no meaning.
+  /// A row for each vertex slot; rows of unused slots mean nothing.
   [[nodiscard]] const PointArray& positions() const;
   [[nodiscard]] std::span<const PointArray> point_arrays() const;
 
-  /// The mesh without slots, in the order of Dataset::extract. Where the session would start over, see update(): that
-  /// of Dataset::extract for the last request without its time.
+  /// The mesh without slots, in the order of Dataset::extract. Where the next update would start over, see update(), it
+  /// is that of Dataset::extract for the last request without its budget of time.
   [[nodiscard]] Extraction extraction() const;
 
 private:

@@ -23,8 +23,9 @@ public:
   virtual void read(std::uint64_t offset, std::span<std::byte> into) = 0;
 };
 
-/// What a file may make the library do, however it came to be: an Error(kLimit) says which of them it would pass,
-/// before anything of that size is allocated. Counts are also held against the bytes that the file has for them.
+/// How much a file may make the library allocate, for files that nobody vouches for. One that would pass a limit is
+/// refused with an Error(kLimit) that names it, before anything of that size is allocated. Whatever the limits, a file
+/// that states larger counts than its bytes can hold is refused.
 struct Limits {
   /// Memory for what opening holds for good (a bounded number of bytes for each vertex of the original, and the base
   /// mesh) and for decoded blocks. Blocks that do not fit make answers coarser, see LimitedBy::kMemory.
@@ -34,18 +35,21 @@ struct Limits {
 };
 
 struct OpenOptions {
-  /// Bytes that decoded blocks may take in memory, as the block table lets them be estimated; 0: as many as
-  /// Limits::max_bytes leaves. When a request would pass it, blocks that it does not need are dropped; extractions then
-  /// take turns. What its own blocks would pass is left out, see LimitedBy::kMemory. Dropping costs what decoding all
-  /// that stays costs, since it is made anew; sessions then start over from the base mesh, see
-  /// SessionUpdate::renumbered. A sixteenth is for blocks as they are stored: those used last are not read again.
+  /// Bytes that decoded blocks may take in memory, as far as the block table tells; 0: as many as Limits::max_bytes
+  /// leaves. Matters only where not all blocks of the file fit. Then:
+  ///   - a request that needs room has blocks dropped that it does not need; one whose own blocks do not fit is
+  ///   answered
+  ///     coarser (LimitedBy::kMemory)
+  ///   - dropping costs what decoding all that stays costs, as it is made anew, and sessions start over from the base
+  ///     mesh (SessionUpdate::renumbered)
+  ///   - extractions take turns
+  ///   - a sixteenth of the limit holds blocks as they are stored, those used last, which need not be read again
   std::uint64_t memory_limit = 0;
-  /// A thread of the dataset reads and decodes; extract() never waits for it (but for Request::input_order, which it
-  /// reads itself) and answers with what is there, see
-  /// LimitedBy::kLoading.
+  /// A thread of the dataset reads and decodes. extract() does not wait for it but answers with what is there, see
+  /// LimitedBy::kLoading; only what Request::input_order takes it reads itself.
   bool background = false;
-  /// Blocks this many bytes or less apart are read by one request. A server that takes 50 ms a request and sends 10
-  /// MB/s is best asked with some 500,000.
+  /// Blocks so many bytes or less apart in the file are read by one request, with what is between them. For a server
+  /// that takes 50 ms to answer a request and sends 10 MB/s some 500,000 are best.
   std::uint64_t max_gap = 0;
   Limits limits;
 };

@@ -148,7 +148,8 @@ class Dataset:
             progress: called as of `build`; returning False raises Cancelled.
 
         Warns:
-            UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has.
+            UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has. Not while the answer is
+                incomplete: what is still missing of the mesh may have them.
 
         Raises:
             ArgumentError (an unknown field, a bound that is negative or not finite, an empty region), Cancelled,
@@ -162,7 +163,8 @@ class Dataset:
         extraction = Extraction(core, self.info, origins, request.input_order)
         if not (extraction.complete or self.salvage):
             _raise_shortfall(extraction)
-        self._warn_of_unmet(request, core)
+        if extraction.complete:
+            self._warn_of_unmet(request, core)
         return extraction
 
     def _warn_of_unmet(self, request: _core.Request, core: _core.Extraction) -> None:

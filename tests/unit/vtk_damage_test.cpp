@@ -1,0 +1,232 @@
+// Mesh files that are damaged, or not what they say.
+#include "formats/vtk/read.hpp"
+#include "formats/vtk/write.hpp"
+#include "ptet/error.hpp"
+#include "support/meshes.hpp"
+#include "support/temp_folder.hpp"
+#include "vtk_fixture.hpp"
+
+#include <algorithm>
+#include <random>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+using namespace ptet::test;
+
+TEST_CASE("a VTU that lies is bad input", "[vtk]") {
+  VtuText text;
+  REQUIRE(read_text(text.file()).tets.size() == 1);
+  std::string part;
+  SECTION("more points than there are") {
+    text.counts = R"(NumberOfPoints="5" NumberOfCells="1")";
+  }
+  SECTION("more points than any file holds") {
+    text.counts = R"(NumberOfPoints="99999999999" NumberOfCells="1")";
+    part = "more than the file can hold";
+  }
+  SECTION("more cells than any file holds") {
+    text.counts = R"(NumberOfPoints="4" NumberOfCells="99999999999")";
+    part = "more than the file can hold";
+  }
+  SECTION("a negative count") {
+    text.counts = R"(NumberOfPoints="-4" NumberOfCells="1")";
+  }
+  SECTION("no counts") {
+    text.counts = "";
+  }
+  SECTION("two coordinates") {
+    text.points = R"(<DataArray type="Float32" NumberOfComponents="2" format="ascii">0 0 1 0 0 1 1 1</DataArray>)";
+    part = "do not have three coordinates";
+  }
+  SECTION("positions of no type") {
+    text.points =
+        R"(<DataArray type="Floaty" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray>)";
+  }
+  SECTION("a short array") {
+    text.point_data = array_text("Name=\"f\"", "1 2 3");
+    part = "may be too short";
+  }
+  SECTION("an array of a billion components") {
+    text.point_data = array_text("Name=\"f\"", "1 2 3 4", "NumberOfComponents=\"1000000000\"");
+  }
+  SECTION("an array of an unknown type") {
+    text.point_data = R"(<DataArray type="Float128" Name="f" format="ascii">1 2 3 4</DataArray>)";
+  }
+  SECTION("an element that is no array") {
+    text.point_data = "<Cat Name=\"f\"/>";
+  }
+  SECTION("an id beyond the points") {
+    text.connectivity = "0 1 2 4";
+    part = "cell 0 uses point 4, and there are 4 points";
+  }
+  SECTION("a negative id") {
+    text.connectivity = "0 1 2 -1";
+    part = "cell 0 uses point -1, and there are 4 points";
+  }
+  SECTION("short connectivity") {
+    text.connectivity = "0 1 2";
+  }
+  SECTION("a tet of three") {
+    text.offsets = "3";
+    part = "cell 0, a tetrahedron, has 3 points";
+  }
+  SECTION("offsets that reach for everything") {
+    text.offsets = "2305843009213693953";
+  }
+  SECTION("negative offsets") {
+    text.offsets = "-4";
+  }
+  SECTION("offsets that go back") {
+    text.counts = R"(NumberOfPoints="4" NumberOfCells="2")";
+    text.offsets = "8 4";
+    text.types = "10 10";
+    text.connectivity = "0 1 2 3 0 1 2 3";
+  }
+  SECTION("no types") {
+    text.types = "";
+  }
+  const Failure failure = failure_of_text(text.file());
+  CHECK((failure.code == ErrorCode::kBadInput || failure.code == ErrorCode::kLimit));
+  CHECK_THAT(failure.message, Catch::Contains(part));
+}
+
+TEST_CASE("numbers that are none cannot be read from text, and that is said", "[vtk]") {
+  VtuText text;
+  text.point_data = array_text("Name=\"f\"", "1 2 3 nan"); // at the end VTK does not take it
+  CHECK_THAT(failure_of_text(text.file()).message, Catch::Contains("there is a 'nan' or 'inf' in it"));
+  const std::string legacy = "# vtk DataFile Version 3.0\nmesh\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+                             "0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\n"
+                             "SCALARS f float\nLOOKUP_TABLE default\n1 2 -Inf 4\n";
+  CHECK_THAT(failure_of_text(legacy, "mesh.vtk").message, Catch::Contains("there is a 'nan' or 'inf' in it"));
+  // Not of what goes by such a name.
+  text.point_data = array_text("Name=\"nan\"", "1 2 3");
+  CHECK_THAT(failure_of_text(text.file()).message, !Catch::Contains("'inf'"));
+}
+
+TEST_CASE("XML that is broken or of another kind is bad input", "[vtk]") {
+  const std::string whole = VtuText().file();
+  CHECK_THAT(failure_of_text(whole.substr(0, whole.size() - 20)).message, Catch::Contains("pars"));
+  CHECK(failure_of_text("<VTKFile type=\"UnstructuredGrid\">").code == ErrorCode::kBadInput);
+  CHECK(failure_of_text("<VTKFile type=\"UnstructuredGrid\"></VTKFile>").code == ErrorCode::kBadInput);
+  CHECK(failure_of_text("<VTKFile type=\"UnstructuredGrid\" byte_order=\"Sideways\"></VTKFile>").code ==
+        ErrorCode::kBadInput);
+  CHECK_THAT(failure_of_text("<VTKFile type=\"PUnstructuredGrid\"><PUnstructuredGrid/></VTKFile>").message,
+             Catch::Contains("names no pieces"));
+}
+
+TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n9 0 1 2 3", "CELL_TYPES 1\n10"), "m.vtk").message,
+             Catch::Contains("cell 0 does not fit"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 2 5\n4 0 1 2 3", "CELL_TYPES 2\n10 10"), "m.vtk").message,
+             Catch::Contains("fewer cells"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 0\n"), "m.vtk").message,
+             Catch::Contains("has 1 cells and 0 cell types"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 999999999999\n4 0 1 2 3", "CELL_TYPES 1\n10"), "m.vtk").message,
+             Catch::Contains("more than the file can hold"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1 2 7", "CELL_TYPES 1\n10"), "m.vtk").message,
+             Catch::Contains("cell 0 uses point 7"));
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 0 1", ""), "m.vtk").message, Catch::EndsWith("is cut short"));
+  const auto with = [](const std::string& attributes) {
+    return legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 1\n10", attributes);
+  };
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nFIELD f 1\na 1 -4 double\n1 2 3 4\n"), "m.vtk").message,
+             Catch::Contains("'-4' is not a count"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nFIELD f 1\na 9999999 4 double\n1 2\n"), "m.vtk").message,
+             Catch::Contains("more than the file can hold"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 5\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4 5\n"), "m.vtk").message,
+             Catch::Contains("has 4 points and data of 5 points"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nSCALARS a float -1\nLOOKUP_TABLE default\n"), "m.vtk").message,
+             Catch::Contains("'-1' is not a count"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nLOOKUP_TABLE t -2\n"), "m.vtk").message,
+             Catch::Contains("'-2' is not a count"));
+  CHECK_THAT(failure_of_text(with("POINT_DATA 4\nVECTORS v float\n1 2 3 4\n"), "m.vtk").message,
+             Catch::EndsWith("is cut short"));
+  CHECK_THAT(failure_of_text(with("VECTORS v float\n1 2 3 4\n"), "m.vtk").message,
+             Catch::Contains("unknown keyword 'vectors'"));
+  // A polyhedron of many faces, by a number of which only the lowest byte counts.
+  CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 900000000 1 2 3", "CELL_TYPES 1\n298"), "m.vtk").message,
+             Catch::Contains("cell 0 is a polyhedron"));
+  CHECK_THAT(failure_of_text("# vtk DataFile Version\"5.1\nt\nASCII\n", "m.vtk").message,
+             Catch::Contains("no version"));
+  CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\n", "m.vtk").message,
+             Catch::Contains("holds no dataset"));
+}
+
+TEST_CASE("files cut short anywhere are refused or the same", "[vtk]") {
+  const TempFolder folder;
+  const auto ending = GENERATE("vtu", "vtk");
+  const TetMesh mesh = grid({});
+  const std::string path = folder / (std::string("mesh.") + ending);
+  write_mesh(path, mesh);
+  const std::string bytes = read_bytes(path);
+  std::vector<std::size_t> lengths = {bytes.size() - 1};
+  std::mt19937 random(3);
+  for (int i = 0; i < 60; ++i)
+    lengths.push_back(random() % bytes.size());
+  for (int i = 1; i <= 40; ++i) // in and between the last arrays
+    lengths.push_back(bytes.size() - static_cast<std::size_t>(i) * 21);
+  for (const std::size_t length : lengths) {
+    INFO(length << " of " << bytes.size() << " bytes");
+    write_bytes(path, bytes.substr(0, length));
+    try {
+      const TetMesh read = read_mesh(path);
+      CHECK((read.tets == mesh.tets));
+      CHECK((read.positions == mesh.positions));
+      CHECK((read.point_arrays == mesh.point_arrays));
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kBadInput);
+    }
+  }
+}
+
+TEST_CASE("flipped bits are refused or give a mesh whose ids are in range", "[vtk]") {
+  const TempFolder folder;
+  const auto ending = GENERATE("vtu", "vtk");
+  const std::string path = folder / (std::string("mesh.") + ending);
+  GridOptions small;
+  small.cells = {2, 2, 1};
+  write_mesh(path, grid(small));
+  const std::string bytes = read_bytes(path);
+  std::mt19937 random(5);
+  for (int i = 0; i < 400; ++i) {
+    std::string damaged = bytes;
+    damaged[random() % bytes.size()] ^= static_cast<char>(1U << random() % 8);
+    write_bytes(path, damaged);
+    try {
+      const TetMesh read = read_mesh(path);
+      const bool in_range = std::all_of(read.tets.begin(), read.tets.end(), [&](const Tet& tet) {
+        return std::all_of(tet.begin(), tet.end(), [&](VertexId v) { return v.index() < read.vertex_count(); });
+      });
+      CHECK(in_range);
+      for (const PointArray& array : read.point_arrays)
+        CHECK(array.size() == read.vertex_count());
+    } catch (const Error& error) {
+      CHECK((error.code() == ErrorCode::kBadInput || error.code() == ErrorCode::kLimit));
+    }
+  }
+}
+
+TEST_CASE("an Exodus file that is damaged is bad input", "[vtk]") {
+  const TempFolder folder;
+  const std::string path = folder / "mesh.ex2";
+  const std::string whole = read_bytes(fixture("two_blocks.ex2"));
+  const auto failure_with = [&](const std::string& text, const std::string& other) {
+    std::string bytes = whole;
+    const std::size_t at = bytes.find(text);
+    REQUIRE(at != std::string::npos);
+    bytes.replace(at, other.size(), other);
+    write_bytes(path, bytes);
+    return failure_of(path);
+  };
+  CHECK(failure_with("num_nodes", "num_modes").code == ErrorCode::kBadInput);
+  CHECK(failure_with("num_el_blk", "num_el_bkl").code == ErrorCode::kBadInput);
+  CHECK(failure_with("connect2", "connect3").code == ErrorCode::kBadInput);
+  const std::string eight("num_nodes\0\0\0\0\0\0\x08", 16);
+  CHECK_THAT(failure_with(eight, std::string("num_nodes\0\0\0\x7F\0\0\x08", 16)).message,
+             Catch::Contains("is damaged"));
+  for (const std::size_t length : {std::size_t{4}, std::size_t{100}, whole.size() / 2}) {
+    write_bytes(path, whole.substr(0, length));
+    CHECK(failure_of(path).code == ErrorCode::kBadInput);
+  }
+}

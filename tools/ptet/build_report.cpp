@@ -1,0 +1,178 @@
+#include "build_report.hpp"
+
+#include "build_methods.hpp"
+#include "console.hpp"
+
+#include <algorithm>
+#include <iostream>
+
+namespace ptet::cli {
+namespace {
+
+/// Of those that this run searched for.
+double collapses_per_second(const BuildReport& report) {
+  const auto found = static_cast<double>(report.records - report.resumed_records);
+  const double seconds = report.piece_seconds + report.follow_seconds + report.collapse_seconds;
+  return seconds > 0 ? found / seconds : 0;
+}
+
+double per(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+double range_of(const DatasetInfo& info, const std::string& field) {
+  const auto found = std::find_if(info.fields.begin(), info.fields.end(),
+                                  [&](const FieldInfo& candidate) { return candidate.name == field; });
+  return found == info.fields.end() ? 0 : found->range;
+}
+
+void print_input(const BuildOutcome& outcome, std::ostream& out) {
+  const BuildReport& build = outcome.build;
+  out << "built " << outcome.output << " from " << outcome.input << " in " << brief(build.total_seconds, 3) << " s\n";
+  out << "  input     " << outcome.read.format << ", " << counted(build.input_vertices, "vertex") << ", "
+      << counted(build.input_tets, "tet") << ", " << counted(outcome.input_bytes, "byte") << '\n';
+  const BuildOptions& options = outcome.options;
+  const char* const method = method_of(options);
+  out << "  method    " << (method != nullptr ? std::string(method) + ": " : "") << "predict "
+      << name_of(options.prediction) << ", evaluate " << name_of(options.evaluation);
+  if (simulates(options)) out << ", objective " << name_of(options.objective);
+  out << '\n';
+  for (const std::string& note : outcome.read.notes)
+    out << "  note      " << note << '\n';
+  for (const std::string& note : build.notes)
+    out << "  note      " << note << '\n';
+}
+
+void print_collapses(const BuildReport& build, std::ostream& out) {
+  out << "  base      " << counted(build.base_vertices, "vertex") << " ("
+      << percent(static_cast<double>(build.base_vertices), static_cast<double>(build.input_vertices)) << "), "
+      << counted(build.base_tets, "tet") << "; stopped by: " << build.stopped_by << '\n';
+  out << "  records   " << grouped(build.records) << " in " << counted(build.rounds, "round") << ", depth "
+      << grouped(build.depth) << '\n';
+  std::string refused;
+  for (std::size_t i = 0; i < kCollapseStatusCount; ++i) {
+    const auto status = static_cast<CollapseStatus>(i);
+    if (status == CollapseStatus::kAccepted || build.collapses[i] == 0) continue;
+    refused += (refused.empty() ? "" : ", ") + std::string(name_of(status)) + " " + grouped(build.collapses[i]);
+  }
+  out << "  refused   " << (refused.empty() ? "none" : refused) << '\n';
+}
+
+void print_errors(const BuildOutcome& outcome, std::ostream& out) {
+  const BuildReport& build = outcome.build;
+  for (const auto& [field, error] : build.field_error) {
+    const std::string share = percent_up(error, range_of(outcome.info, field));
+    out << "  error     " << field << " up to " << brief_up(error)
+        << (share.empty() ? "" : " (" + share + " of its range)") << '\n';
+  }
+  const std::string share = percent_up(build.domain_error, outcome.info.diagonal);
+  out << "  error     domain up to " << brief_up(build.domain_error)
+      << (share.empty() ? "" : " (" + share + " of the diagonal)") << '\n';
+}
+
+void print_costs(const BuildOutcome& outcome, std::ostream& out) {
+  const BuildReport& build = outcome.build;
+  out << "  file      " << counted(build.file_bytes, "byte") << ", "
+      << brief(per(build.file_bytes, build.input_vertices), 3) << " a vertex, "
+      << brief(per(build.file_bytes, outcome.input_bytes), 3) << " of the input file\n";
+  if (build.peak_memory_bytes > 0)
+    out << "  memory    " << counted(build.peak_memory_bytes, "byte") << " at most, "
+        << brief(per(build.peak_memory_bytes, build.input_tets), 3) << " an input tet; "
+        << counted(build.foreseen_memory_bytes, "byte") << " were foreseen\n";
+  if (outcome.options.checkpoint.resume)
+    out << "  resumed   after " << counted(build.resumed_records, "collapse") << ", made again in "
+        << brief(build.resume_seconds, 3) << " s\n";
+  if (build.checkpoints > 0)
+    out << "  saved     " << counted(build.checkpoints, "checkpoint") << " of up to "
+        << counted(build.checkpoint_bytes, "byte") << " in " << brief(build.checkpoint_seconds, 3) << " s\n";
+  if (build.pieces > 1) {
+    out << "  pieces    " << grouped(build.pieces) << ", " << counted(build.piece_records, "collapse") << " in "
+        << brief(build.piece_seconds, 3) << " s, made again in the whole in " << brief(build.follow_seconds, 3) << " s";
+    if (build.piece_records_dropped > 0) out << "; " << grouped(build.piece_records_dropped) << " more not possible";
+    out << '\n';
+  }
+  out << "  speed     " << counted(build.records - build.resumed_records, "collapse") << " in "
+      << brief(build.piece_seconds + build.follow_seconds + build.collapse_seconds, 3) << " s, "
+      << grouped(static_cast<std::uint64_t>(collapses_per_second(build))) << "/s\n";
+  if (build.certify_seconds > 0)
+    out << "  certified exact field errors in " << brief(build.certify_seconds, 3) << " s\n";
+}
+
+} // namespace
+
+void print_json(const BuildOutcome& outcome) {
+  const BuildReport& build = outcome.build;
+  Json collapses = Json::object();
+  for (std::size_t i = 0; i < kCollapseStatusCount; ++i) {
+    collapses[std::string(name_of(static_cast<CollapseStatus>(i)))] = build.collapses[i];
+  }
+  Json field_error = Json::object();
+  for (const auto& [field, error] : build.field_error)
+    field_error[field] = error;
+  std::vector<std::string> notes = outcome.read.notes;
+  notes.insert(notes.end(), build.notes.begin(), build.notes.end());
+
+  Json walk = Json::array();
+  for (const RoundReport& step : build.walk)
+    walk.push_back({{"vertices", step.vertices},
+                    {"cost", step.cost},
+                    {"field_error", step.field_error},
+                    {"domain_error", step.domain_error}});
+
+  Json json;
+  json["input"] = {{"path", outcome.input},
+                   {"format", outcome.read.format},
+                   {"bytes", outcome.input_bytes},
+                   {"vertices", build.input_vertices},
+                   {"tets", build.input_tets}};
+  json["output"] = outcome.output;
+  const BuildOptions& options = outcome.options;
+  const char* const method = method_of(options);
+  json["method"] = method != nullptr ? Json(method) : Json();
+  json["predict"] = name_of(options.prediction);
+  json["evaluate"] = name_of(options.evaluation);
+  json["objective"] = simulates(options) ? Json(name_of(options.objective)) : Json();
+  json["keep_order"] = options.keep_order;
+  json["notes"] = notes;
+  json["base"] = {{"vertices", build.base_vertices}, {"tets", build.base_tets}};
+  json["records"] = build.records;
+  json["rounds"] = build.rounds;
+  json["depth"] = build.depth;
+  json["cut_dependencies"] = build.cut_dependencies;
+  json["stopped_by"] = build.stopped_by;
+  json["collapses"] = collapses;
+  json["simulations"] = build.simulations;
+  json["exact_evaluations"] = build.exact_evaluations;
+  json["field_error"] = field_error;
+  json["domain_error"] = build.domain_error;
+  json["walk"] = walk;
+  json["file_bytes"] = build.file_bytes;
+  json["bytes_per_vertex"] = per(build.file_bytes, build.input_vertices);
+  json["peak_memory_bytes"] = build.peak_memory_bytes;
+  json["foreseen_memory_bytes"] = build.foreseen_memory_bytes;
+  json["peak_memory_bytes_per_tet"] = per(build.peak_memory_bytes, build.input_tets);
+  json["ratio_to_input"] = per(build.file_bytes, outcome.input_bytes);
+  json["collapse_seconds"] = build.collapse_seconds;
+  json["certify_seconds"] = build.certify_seconds;
+  json["collapses_per_second"] = collapses_per_second(build);
+  json["seconds"] = build.total_seconds;
+  json["pieces"] = {{"count", build.pieces},
+                    {"records", build.piece_records},
+                    {"dropped", build.piece_records_dropped},
+                    {"seconds", build.piece_seconds},
+                    {"follow_seconds", build.follow_seconds}};
+  json["resumed_records"] = build.resumed_records;
+  json["resume_seconds"] = build.resume_seconds;
+  json["checkpoints"] = {
+      {"written", build.checkpoints}, {"bytes", build.checkpoint_bytes}, {"seconds", build.checkpoint_seconds}};
+  print(json);
+}
+
+void print_text(const BuildOutcome& outcome) {
+  print_input(outcome, std::cout);
+  print_collapses(outcome.build, std::cout);
+  print_errors(outcome, std::cout);
+  print_costs(outcome, std::cout);
+}
+
+} // namespace ptet::cli
