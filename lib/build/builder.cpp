@@ -161,8 +161,8 @@ private:
   template <class Archive>
   void serialize_rest(Archive& archive) {
     archive& round_state_& collapsed_& certified_;
-    archive& report_.collapses& report_.rounds& report_.walk& report_.stopped_by& report_.simulations& report_
-        .exact_evaluations;
+    archive& report_.collapses& report_.rounds& report_.walk& report_.stopped_by& report_.last_refusals& report_
+        .simulations& report_.exact_evaluations;
     if (!collapsed_) archive&* rounds_;
   }
 

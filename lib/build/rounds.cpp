@@ -36,6 +36,8 @@ void Rounds::run(const std::function<void()>& within, const std::function<void()
     }
     after();
   }
+  report_.last_refusals = {};
+  if (!collapser_.at_target()) report_.last_refusals = refusals_of_last_sweep();
   report_.stopped_by = collapser_.at_target() ? "target" : why_stuck();
   report_.collapses = refusals();
   report_.simulations += candidates.simulations();
@@ -60,15 +62,22 @@ StatusCounts Rounds::refusals() const {
   return sum;
 }
 
-/// What stands against the half-edges that are left, from the last sweep over all of them.
+/// The last sweep was over all half-edges that are left.
+StatusCounts Rounds::refusals_of_last_sweep() const {
+  StatusCounts counts = refusals();
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    counts[i] -= state_.before_sweep[i];
+  counts[static_cast<std::size_t>(CollapseStatus::kAccepted)] = 0;
+  return counts;
+}
+
 std::string Rounds::why_stuck() const {
-  const StatusCounts all = refusals();
   std::string reasons;
   const auto add = [&](std::string_view what, std::uint64_t count) {
     if (count != 0) reasons += (reasons.empty() ? "" : ", ") + std::string(what) + " " + std::to_string(count);
   };
-  for (std::size_t i = 1; i < kCollapseStatusCount; ++i)
-    add(name_of(static_cast<CollapseStatus>(i)), all[i] - state_.before_sweep[i]);
+  for (std::size_t i = 0; i < kCollapseStatusCount; ++i)
+    add(name_of(static_cast<CollapseStatus>(i)), report_.last_refusals[i]);
   add("frozen vertices", collapser_.alive_count() - collapser_.candidates().movable_count());
   return "no candidate left (" + (reasons.empty() ? "no edge may be collapsed" : "refused: " + reasons) + ")";
 }

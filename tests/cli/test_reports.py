@@ -36,6 +36,18 @@ class Reports(Case):
             for error in ["field_error", "domain_error"]:
                 self.assertLessEqual(step[error], after[error])
 
+    def test_stuck_builds_name_the_option_that_holds_them(self):
+        self.grid(6)
+        options = ["--max-star", "12", "--target-vertices", "1", "--force"]
+        report = self.json("build", "grid.vtu", "-o", "stuck.ptet", *options)
+        self.assertIn("star too large", report["stopped_by"])
+        refused = report["last_refusals"]
+        self.assertEqual(max(refused, key=refused.get), "star too large")
+        text = self.ptet("build", "grid.vtu", "-o", "stuck.ptet", *options).stdout
+        self.assertRegex(text, r"hint +--max-star 12 refused [\d,]+ of the last [\d,]+ collapses .*; a larger one")
+        done = self.json("build", "grid.vtu", "-o", "done.ptet", "--target-vertices", "90%")
+        self.assertEqual((done["stopped_by"], done["last_refusals"]), ("target", {}))
+
     def test_a_whole_percentage_is_not_a_count(self):
         self.grid(4)
         self.assertEqual(self.json("build", "grid.vtu", "--target-vertices", "100%")["records"], 0)

@@ -4,7 +4,9 @@
 #include "console.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iostream>
+#include <numeric>
 
 namespace ptet::cli {
 namespace {
@@ -43,10 +45,34 @@ void print_input(const BuildOutcome& outcome, std::ostream& out) {
     out << "  note      " << note << '\n';
 }
 
-void print_collapses(const BuildReport& build, std::ostream& out) {
+/// Which option to change where a build came to an end before its target: of those that refuse collapses the one that
+/// refused most of the last. Empty where none did.
+std::string hint_of(const BuildReport& build, const BuildOptions& options) {
+  struct Limit {
+    CollapseStatus status;
+    std::string option;
+    const char* change;
+  };
+  const std::array<Limit, 4> limits{
+      {{CollapseStatus::kStarTooLarge, "--max-star " + std::to_string(options.max_star), "larger"},
+       {CollapseStatus::kQuality, "--min-quality " + brief(options.min_quality, 3), "smaller"},
+       {CollapseStatus::kDomainError, "--max-domain-error", "larger"},
+       {CollapseStatus::kFieldError, "--max-field-error", "larger"}}};
+  const auto count = [&](CollapseStatus status) { return build.last_refusals[static_cast<std::size_t>(status)]; };
+  const auto most = std::max_element(limits.begin(), limits.end(),
+                                     [&](const Limit& a, const Limit& b) { return count(a.status) < count(b.status); });
+  if (count(most->status) == 0) return {};
+  const std::uint64_t all = std::accumulate(build.last_refusals.begin(), build.last_refusals.end(), std::uint64_t{0});
+  return most->option + " refused " + grouped(count(most->status)) + " of the last " + grouped(all) +
+         " collapses that were tried; a " + most->change + " one lets more go";
+}
+
+void print_collapses(const BuildOutcome& outcome, std::ostream& out) {
+  const BuildReport& build = outcome.build;
   out << "  base      " << counted(build.base_vertices, "vertex") << " ("
       << percent(static_cast<double>(build.base_vertices), static_cast<double>(build.input_vertices)) << "), "
       << counted(build.base_tets, "tet") << "; stopped by: " << build.stopped_by << '\n';
+  if (const std::string hint = hint_of(build, outcome.options); !hint.empty()) out << "  hint      " << hint << '\n';
   out << "  records   " << grouped(build.records) << " in " << counted(build.rounds, "round") << ", depth "
       << grouped(build.depth) << '\n';
   std::string refused;
@@ -102,9 +128,11 @@ void print_costs(const BuildOutcome& outcome, std::ostream& out) {
 
 void print_json(const BuildOutcome& outcome) {
   const BuildReport& build = outcome.build;
-  Json collapses = Json::object();
+  Json collapses = Json::object(), last_refusals = Json::object();
   for (std::size_t i = 0; i < kCollapseStatusCount; ++i) {
-    collapses[std::string(name_of(static_cast<CollapseStatus>(i)))] = build.collapses[i];
+    const auto status = static_cast<CollapseStatus>(i);
+    collapses[std::string(name_of(status))] = build.collapses[i];
+    if (build.last_refusals[i] > 0) last_refusals[std::string(name_of(status))] = build.last_refusals[i];
   }
   Json field_error = Json::object();
   for (const auto& [field, error] : build.field_error)
@@ -140,6 +168,7 @@ void print_json(const BuildOutcome& outcome) {
   json["depth"] = build.depth;
   json["cut_dependencies"] = build.cut_dependencies;
   json["stopped_by"] = build.stopped_by;
+  json["last_refusals"] = last_refusals;
   json["collapses"] = collapses;
   json["simulations"] = build.simulations;
   json["exact_evaluations"] = build.exact_evaluations;
@@ -170,7 +199,7 @@ void print_json(const BuildOutcome& outcome) {
 
 void print_text(const BuildOutcome& outcome) {
   print_input(outcome, std::cout);
-  print_collapses(outcome.build, std::cout);
+  print_collapses(outcome, std::cout);
   print_errors(outcome, std::cout);
   print_costs(outcome, std::cout);
 }

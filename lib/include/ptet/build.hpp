@@ -141,6 +141,9 @@ struct BuildReport {
   /// Why the build ended: "target", or "no candidate left" and what kept the half-edges that are left from being
   /// collapsed.
   std::string stopped_by;
+  /// By CollapseStatus: how often each stood against a half-edge when all that were left had been tried in vain; zeros
+  /// when the target was reached.
+  std::array<std::uint64_t, kCollapseStatusCount> last_refusals{};
   std::uint64_t simulations = 0;       ///< half-edges that were simulated at the removed vertices
   std::uint64_t exact_evaluations = 0; ///< half-edges whose exact errors were measured before they were taken
   /// By governing field its name and the largest error recorded, in field units; errors at removed vertices outside of
