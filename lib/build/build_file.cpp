@@ -5,6 +5,7 @@
 #include "build/process_memory.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/writer.hpp"
+#include "formats/whole_file.hpp"
 #include "mesh/prepare.hpp"
 #include "ptet/build.hpp"
 #include "ptet/error.hpp"
@@ -181,6 +182,9 @@ std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, Bui
 BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions& options,
                        const std::string& source_name, const std::string& source_hash,
                        const ProgressCallback& progress) {
+  const std::string& checkpoint = options.checkpoint.path;
+  if (!checkpoint.empty() && is_same_file(checkpoint, path))
+    throw Error(ErrorCode::kBadArgument, "the checkpoint '" + checkpoint + "' is the file that is to be built");
   BuildReport report;
   if (options.pieces > 1) {
     build_over_pieces(std::move(mesh), options, report, progress, [&](PiecesBuild& pieces, std::vector<Bytes> decided) {
@@ -193,7 +197,7 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
   const Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
   report.file_bytes = file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built));
-  if (!options.checkpoint.path.empty()) std::filesystem::remove(options.checkpoint.path);
+  if (!checkpoint.empty()) std::filesystem::remove(checkpoint);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
   return report;
