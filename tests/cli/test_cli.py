@@ -260,6 +260,45 @@ class Files(Case):
         self.assertTrue((self.folder / "grid.ptet").is_symlink())
         self.ptet("verify", "elsewhere/real.ptet")
 
+    def test_a_link_to_a_file_that_is_not_there_yet_stays_one(self):
+        self.grid(2)
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "grid.ptet").symlink_to("elsewhere/real.ptet")
+        self.ptet("build", "grid.vtu", "--quiet")
+        self.assertTrue((self.folder / "grid.ptet").is_symlink())
+        self.ptet("verify", "elsewhere/real.ptet")
+
+    def test_names_that_cannot_be_written_are_refused_before_the_work(self):
+        (self.folder / "none.vtu").write_bytes(b"")  # would be refused as an input
+        (self.folder / "a.ptet").symlink_to("b.ptet")
+        (self.folder / "b.ptet").symlink_to("a.ptet")
+        (self.folder / "away.ptet").symlink_to("nowhere/real.ptet")
+        for name, why in [("a.ptet", "symbolic links"), ("n" * 251 + ".ptet", "too long"), ("away.ptet", "no folder")]:
+            with self.subTest(name):
+                self.refused(6, "build", "none.vtu", "-o", name, says=[name, why])
+        if os.geteuid() != 0:
+            (self.folder / "kept.ptet").write_bytes(b"")
+            (self.folder / "kept.ptet").chmod(0o444)
+            self.refused(6, "build", "none.vtu", "-o", "kept.ptet", says="Permission denied")
+
+    def test_the_checkpoint_is_not_the_output_by_another_name(self):
+        self.grid(2)
+        (self.folder / "link.ckpt").symlink_to("a.ptet")
+        for name in ["a.ptet", "./a.ptet", self.folder / "a.ptet", "link.ckpt"]:
+            with self.subTest(name):
+                self.refused(2, "build", "grid.vtu", "-o", "a.ptet", "--checkpoint", name, says="output file")
+        self.assertEqual(self.files(), ["grid.vtu", "link.ckpt"])
+
+    def test_an_empty_value_does_not_take_the_next_argument(self):
+        self.built_grid(2)
+        before = self.files()
+        for option, command in [("--output", ["build", "grid.vtu", "--output=", "--force"]),
+                                ("--tets", ["extract", "grid.ptet", "--tets=", "--json"]),
+                                ("--field", ["build", "--field=", "grid.vtu"])]:
+            with self.subTest(command):
+                self.refused(2, *command, says=[f"error: {option}:", "missing"])
+        self.assertEqual(self.files(), before)
+
     def test_same_bytes_on_any_number_of_threads(self):
         self.grid(8)
         for threads in [1, 2, 5]:
