@@ -41,8 +41,8 @@ struct OpenOptions {
   /// SessionUpdate::renumbered. A sixteenth is for blocks as they are stored: those used last are not read again.
   std::uint64_t memory_limit = 0;
   /// A thread of the dataset reads and decodes; extract() never waits for it (but for Request::input_order, which it
-  /// reads itself) and answers with what is there, see
-  /// LimitedBy::kLoading.
+  /// reads itself) and answers with what is there, see LimitedBy::kLoading. A forked process does not have the thread:
+  /// there what is in memory can be extracted, and more is an Error(kIo).
   bool background = false;
   /// Blocks this many bytes or less apart are read by one request. A server that takes 50 ms a request and sends 10
   /// MB/s is best asked with some 500,000.

@@ -257,7 +257,8 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
             where they are; or an object with `read(offset, size)` and `size`, see ByteSource.
         memory_limit: bytes that decoded blocks may take; 0: as many as max_bytes leaves. A request whose own blocks
             would pass it raises LimitError, or with `salvage` is answered coarser.
-        background: a thread reads and decodes; `extract` answers at once with what is there, limited by "loading".
+        background: a thread reads and decodes; `extract` answers at once with what is there, limited by "loading". A
+            forked process (multiprocessing) has no such thread, and must open the file anew.
         max_gap: blocks so many bytes or less apart are read at once; for a server far away some 500,000.
         max_bytes: memory for what opening holds for good and for decoded blocks; None: 32 GiB.
         max_vertices, max_tets: of the original; a file with more is refused.
