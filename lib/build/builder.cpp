@@ -12,6 +12,7 @@
 #include "build/replay.hpp"
 #include "build/report.hpp"
 #include "build/rounds.hpp"
+#include "build/startable_threads.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -65,8 +66,9 @@ public:
 private:
   template <class Work>
   void in_arena(Work&& work) const {
-    const int threads = options_.threads == 0 ? oneapi::tbb::info::default_concurrency()
-                                              : static_cast<int>(std::min(options_.threads, kMostThreads));
+    const unsigned wanted = options_.threads == 0 ? static_cast<unsigned>(oneapi::tbb::info::default_concurrency())
+                                                  : std::min(options_.threads, kMostThreads);
+    const auto threads = static_cast<int>(startable_threads(wanted));
     // More threads than cores are allowed, where they are asked for.
     const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(threads));

@@ -3,6 +3,7 @@ Usage: test_cli.py PTET [unittest options]"""
 import json
 import os
 import random
+import resource
 import subprocess
 import sys
 
@@ -305,6 +306,17 @@ class Files(Case):
             self.ptet("build", "grid.vtu", "-o", f"{threads}.ptet", "--threads", threads, "--quiet")
         self.assertEqual((self.folder / "1.ptet").read_bytes(), (self.folder / "2.ptet").read_bytes())
         self.assertEqual((self.folder / "1.ptet").read_bytes(), (self.folder / "5.ptet").read_bytes())
+
+    def test_threads_that_cannot_be_started_are_done_without(self):
+        self.grid(8)
+        self.ptet("build", "grid.vtu", "-o", "few.ptet", "--threads", 2, "--quiet")
+        limited = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_AS, (2**29, 2**29))}
+        if subprocess.run([program(), "--version"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                          check=False, **limited).returncode != 0:
+            self.skipTest("the program itself needs more memory than that, as under sanitizers")
+        self.ptet("build", "grid.vtu", "-o", "many.ptet", "--threads", 1000, "--quiet", **limited)
+        self.assertEqual((self.folder / "few.ptet").read_bytes(), (self.folder / "many.ptet").read_bytes())
+        self.ptet("measure", "grid.vtu", "grid.vtu", "--threads", 1000, **limited)
 
     def test_full_disk(self):
         self.grid(10)

@@ -1,6 +1,7 @@
 // ptet measure: how far a simplified mesh is from its original, whoever made it: fields, boundary, volumes, and whether
 // it is a sound mesh. It takes the two meshes and nothing else, so it is a check of what other commands state.
 #include "arguments.hpp"
+#include "build/startable_threads.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
@@ -327,7 +328,8 @@ void run(const Arguments& arguments) {
     target = checked_output("--errors", *arguments.errors, arguments.simplified);
   }
   const auto begin = Clock::now();
-  const int threads = wishes.threads == 0 ? oneapi::tbb::info::default_concurrency() : wishes.threads;
+  const int wanted = wishes.threads == 0 ? oneapi::tbb::info::default_concurrency() : wishes.threads;
+  const auto threads = static_cast<int>(build::startable_threads(static_cast<unsigned>(wanted)));
   const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                             static_cast<std::size_t>(threads));
   oneapi::tbb::task_arena arena(threads);
