@@ -198,10 +198,12 @@ class Dataset:
         if what == "field error" and field not in self.info.governing:
             raise ArgumentError(f"there is no governing field {field!r}")
         place = self.info.governing.index(field) if what == "field error" and field is not None else 0
-        records = np.ascontiguousarray(made_by, np.uint32)
+        records = np.asarray(made_by)
         if records.ndim != 1:
             raise ArgumentError(f"records by tet are wanted, not an array of shape {records.shape}")
-        return self._core.origin_values(records, what, place)
+        if records.size and (records.dtype.kind not in "iu" or int(records.min()) < 0 or int(records.max()) >= 2**32):
+            raise ArgumentError("made_by: numbers of records are wanted, whole and from 0 to 0xFFFFFFFF")
+        return self._core.origin_values(np.ascontiguousarray(records, np.uint32), what, place)
 
     def wait_until_loaded(self, *, progress: Optional[Callable[[str, int, int], Any]] = None) -> None:
         """Waits until the blocks that extractions asked for are there, or found not to be had; see `background` of
