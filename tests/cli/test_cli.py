@@ -1,11 +1,15 @@
 """What a user types, with the output and exit code it must have; test_builds.py has what builds and measurements come to.
 Usage: test_cli.py PTET [unittest options]"""
+import fcntl
 import json
 import os
+import pty
 import random
 import resource
+import struct
 import subprocess
 import sys
+import termios
 
 sys.dont_write_bytecode = True  # leaves the source tree as it is
 import case  # noqa: E402
@@ -317,6 +321,19 @@ class Files(Case):
         self.ptet("build", "grid.vtu", "-o", "many.ptet", "--threads", 1000, "--quiet", **limited)
         self.assertEqual((self.folder / "few.ptet").read_bytes(), (self.folder / "many.ptet").read_bytes())
         self.ptet("measure", "grid.vtu", "grid.vtu", "--threads", 1000, **limited)
+
+    def test_progress_keeps_to_one_line_of_a_narrow_terminal(self):
+        self.grid(10)
+        master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 12, 0, 0))
+        subprocess.run([program(), "build", "grid.vtu", "--method", "QN"], cwd=self.folder, stdout=subprocess.DEVNULL,
+                       stderr=slave, env={**os.environ, "TERM": "xterm"}, timeout=600, check=True)
+        os.close(slave)
+        shown = os.read(master, 1 << 16).decode()  # a terminal holds some 4 kB, which takes more than this build tells
+        os.close(master)
+        lines = [line.replace("\x1b[K", "") for line in shown.split("\r")]
+        self.assertIn("collapsing ", lines)
+        self.assertEqual([line for line in lines if len(line) > 11], [])
 
     def test_full_disk(self):
         self.grid(10)
