@@ -18,7 +18,7 @@ class FileSource final : public ByteSource {
 public:
   // Without O_NONBLOCK a pipe that nobody writes to is waited for, for ever; of a regular file it changes nothing.
   explicit FileSource(const std::string& path)
-      : path_(path), handle_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+      : path_(path), handle_(::open(whole(path), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
     if (handle_ < 0) fail("cannot open", errno);
     struct stat status {};
     if (::fstat(handle_, &status) != 0) close_and_fail("cannot open", errno);
@@ -43,6 +43,13 @@ public:
   }
 
 private:
+  /// The name as the system takes it, which ends at a zero byte.
+  static const char* whole(const std::string& path) {
+    if (const auto zero = path.find('\0'); zero != std::string::npos)
+      throw Error(ErrorCode::kBadArgument,
+                  "cannot open " + path.substr(0, zero) + "...: the name has a zero byte in it");
+    return path.c_str();
+  }
   [[noreturn]] void fail(const std::string& what, int reason) const { fail(what, std::strerror(reason)); }
   [[noreturn]] void fail(const std::string& what, const char* reason) const {
     throw Error(ErrorCode::kIo, what + " " + path_ + ": " + reason);

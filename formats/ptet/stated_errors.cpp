@@ -14,6 +14,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <system_error>
 #include <thread>
 
 namespace ptet::file {
@@ -262,8 +263,12 @@ StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples
     };
     {
       std::vector<std::jthread> others;
-      for (std::size_t k = 1; k < threads; ++k)
-        others.emplace_back([&, k] { work(workspaces[k]); });
+      try {
+        for (std::size_t k = 1; k < threads; ++k)
+          others.emplace_back([&, k] { work(workspaces[k]); });
+      } catch (const std::system_error&) {
+        // The system gives no more of them; those that are there do all of it.
+      }
       work(workspaces[0]);
     }
     for (std::size_t i = begin; i < end; ++i)

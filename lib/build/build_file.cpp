@@ -6,6 +6,7 @@
 #include "build/threads.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/writer.hpp"
+#include "formats/whole_file.hpp"
 #include "mesh/prepare.hpp"
 #include "ptet/build.hpp"
 #include "ptet/error.hpp"
@@ -78,13 +79,15 @@ const file::GivenIds* given_ids(const Built& built) {
 
 std::uint64_t write_file(const std::string& path, const Built& built, const BuildOptions& options,
                          const ProgressCallback& progress) {
-  return build::Threads(options).run(
-      [&] { return file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built)); });
+  return build::Threads(options.threads).run([&] {
+    return file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built));
+  });
 }
 
 Bytes encode(const Built& built, const BuildOptions& options, const ProgressCallback& progress) {
-  return build::Threads(options).run(
-      [&] { return file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built)); });
+  return build::Threads(options.threads).run([&] {
+    return file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built));
+  });
 }
 
 class Stopwatch {
@@ -193,6 +196,9 @@ std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, Bui
 BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions& options,
                        const std::string& source_name, const std::string& source_hash,
                        const ProgressCallback& progress) {
+  const std::string& checkpoint = options.checkpoint.path;
+  if (!checkpoint.empty() && is_same_file(checkpoint, path))
+    throw Error(ErrorCode::kBadArgument, "the checkpoint '" + checkpoint + "' is the file that is to be built");
   BuildReport report;
   if (options.pieces > 1) {
     build_over_pieces(std::move(mesh), options, report, progress, [&](PiecesBuild& pieces, std::vector<Bytes> decided) {
@@ -205,7 +211,7 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
   const Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
   report.file_bytes = write_file(path, built, options, progress);
-  if (!options.checkpoint.path.empty()) std::filesystem::remove(options.checkpoint.path);
+  if (!checkpoint.empty()) std::filesystem::remove(checkpoint);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
   return report;

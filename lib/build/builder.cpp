@@ -46,7 +46,7 @@ public:
 
   RecordStream run(const Decisions* decided) {
     release_freed_memory();
-    Threads threads(options_);
+    Threads threads(options_.threads);
     build(threads, decided);
     report_records(prepared_, records_, report_);
     return std::move(records_);
@@ -54,7 +54,7 @@ public:
 
   /// The collapses alone.
   RecordStream collapse() {
-    Threads(options_).run([&] { take_rounds(); });
+    Threads(options_.threads).run([&] { take_rounds(); });
     return std::move(records_);
   }
 

@@ -1,7 +1,7 @@
-// As many threads as the options ask for, wherever parallel work is begun.
+// As many threads as are asked for, wherever parallel work is begun.
 #pragma once
 
-#include "ptet/build.hpp"
+#include "build/startable_threads.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -13,12 +13,14 @@
 
 namespace ptet::build {
 
-/// While one is there, run() works on so many threads. More than there are cores are allowed, where they are asked for.
+/// While one is there, run() works on so many threads.
 class Threads {
 public:
-  explicit Threads(const BuildOptions& options)
-      : count_(options.threads == 0 ? oneapi::tbb::info::default_concurrency()
-                                    : static_cast<int>(std::min(options.threads, kMost))),
+  /// 0: as many as the machine has. More than there are cores are allowed, where they are asked for; fewer than wanted
+  /// it is where the system refuses some.
+  explicit Threads(unsigned wanted)
+      : count_(static_cast<int>(startable_threads(
+            wanted == 0 ? static_cast<unsigned>(oneapi::tbb::info::default_concurrency()) : std::min(wanted, kMost)))),
         control_(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count_)),
         arena_(count_) {}
 

@@ -7,6 +7,14 @@
 #include <utility>
 
 namespace ptet {
+namespace {
+
+[[noreturn]] void refuse_orphaned() {
+  throw Error(ErrorCode::kIo, "the thread that reads in the background has stayed in the process that this one was "
+                              "forked from; open the file anew");
+}
+
+} // namespace
 
 LoadQueue::LoadQueue(Serve serve) : serve_(std::move(serve)), thread_([this] { work(); }) {}
 
@@ -28,6 +36,7 @@ void LoadQueue::stop() {
 }
 
 void LoadQueue::ask_for(const BlockSet& set, const void* asker) {
+  if (is_orphaned()) refuse_orphaned();
   {
     const std::lock_guard guard(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -53,6 +62,7 @@ void LoadQueue::ask_for(const BlockSet& set, const void* asker) {
 }
 
 void LoadQueue::forget_asker(const void* asker) {
+  if (is_orphaned()) return;
   const std::lock_guard guard(mutex_);
   take_back(asker);
   if (asked_.empty()) is_done_.notify_all();
@@ -95,6 +105,7 @@ void LoadQueue::wait_until_done(const ProgressCallback& progress) {
   std::unique_lock guard(mutex_);
   const auto is_done = [this] { return asked_.empty(); };
   while (!is_done()) {
+    if (is_orphaned()) refuse_orphaned();
     is_done_.wait_for(guard, std::chrono::milliseconds(20), is_done);
     if (!progress) continue;
     guard.unlock();

@@ -20,6 +20,8 @@
 #include <thread>
 #include <vector>
 
+#include <unistd.h>
+
 namespace ptet {
 
 /// Thread rule: any number of threads may ask and wait.
@@ -50,6 +52,9 @@ public:
   /// The same, and waits for the part that is being served.
   void finish();
   [[nodiscard]] bool is_stopped() const { return is_stopped_; }
+  /// Whether this process was forked from the one that has the thread. Nothing is served here: what is asked for is an
+  /// Error(kIo), and the queue must be left alone, since its destructor would wait for the thread for ever.
+  [[nodiscard]] bool is_orphaned() const { return ::getpid() != process_; }
 
 private:
   struct Request {
@@ -71,6 +76,7 @@ private:
   std::exception_ptr error_; ///< what serving threw
   std::condition_variable has_work_, is_done_;
   std::atomic<bool> is_stopped_{false};
+  const pid_t process_ = ::getpid();
   std::thread thread_;
 };
 

@@ -27,11 +27,15 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
     room_ -= room_ / kShareOfStored;
   }
   takes_turns_ = is_limited_ && !in_background_;
-  if (in_background_) queue_.emplace([this](const BlockSet& asked) { return load_part(asked); });
+  if (in_background_) queue_ = std::make_unique<LoadQueue>([this](const BlockSet& asked) { return load_part(asked); });
 }
 
 Loader::~Loader() {
-  if (queue_) queue_->finish(); // its thread looks at queue_ while it serves, so it must be there until then
+  if (!queue_) return;
+  if (queue_->is_orphaned())
+    (void)queue_.release(); // NOLINT(bugprone-unused-return-value): for good, see LoadQueue
+  else
+    queue_->finish(); // its thread looks at queue_ while it serves, so it must be there until then
 }
 
 // ---- locks ----

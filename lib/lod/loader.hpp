@@ -167,7 +167,7 @@ private:
 
   mutable std::mutex pins_mutex_;
   std::vector<std::uint32_t> pins_;
-  std::optional<LoadQueue> queue_; ///< in the background; last: its thread works on what is above
+  std::unique_ptr<LoadQueue> queue_; ///< in the background; last: its thread works on what is above
 };
 
 } // namespace ptet

@@ -1,11 +1,16 @@
 """What a user types, and what is refused: help, options, input, files. What is reported: test_reports.py; what builds and
 measurements come to: test_builds.py.
 Usage: test_cli.py PTET [unittest options]"""
+import fcntl
 import json
 import os
+import pty
 import random
+import resource
+import struct
 import subprocess
 import sys
+import termios
 
 sys.dont_write_bytecode = True  # leaves the source tree as it is
 import case  # noqa: E402
@@ -261,12 +266,75 @@ class Files(Case):
         self.assertTrue((self.folder / "grid.ptet").is_symlink())
         self.ptet("verify", "elsewhere/real.ptet")
 
+    def test_a_link_to_a_file_that_is_not_there_yet_stays_one(self):
+        self.grid(2)
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "grid.ptet").symlink_to("elsewhere/real.ptet")
+        self.ptet("build", "grid.vtu", "--quiet")
+        self.assertTrue((self.folder / "grid.ptet").is_symlink())
+        self.ptet("verify", "elsewhere/real.ptet")
+
+    def test_names_that_cannot_be_written_are_refused_before_the_work(self):
+        (self.folder / "none.vtu").write_bytes(b"")  # would be refused as an input
+        (self.folder / "a.ptet").symlink_to("b.ptet")
+        (self.folder / "b.ptet").symlink_to("a.ptet")
+        (self.folder / "away.ptet").symlink_to("nowhere/real.ptet")
+        for name, why in [("a.ptet", "symbolic links"), ("n" * 251 + ".ptet", "too long"), ("away.ptet", "no folder")]:
+            with self.subTest(name):
+                self.refused(6, "build", "none.vtu", "-o", name, says=[name, why])
+        if os.geteuid() != 0:
+            (self.folder / "kept.ptet").write_bytes(b"")
+            (self.folder / "kept.ptet").chmod(0o444)
+            self.refused(6, "build", "none.vtu", "-o", "kept.ptet", says="Permission denied")
+
+    def test_the_checkpoint_is_not_the_output_by_another_name(self):
+        self.grid(2)
+        (self.folder / "link.ckpt").symlink_to("a.ptet")
+        for name in ["a.ptet", "./a.ptet", self.folder / "a.ptet", "link.ckpt"]:
+            with self.subTest(name):
+                self.refused(2, "build", "grid.vtu", "-o", "a.ptet", "--checkpoint", name, says="output file")
+        self.assertEqual(self.files(), ["grid.vtu", "link.ckpt"])
+
+    def test_an_empty_value_does_not_take_the_next_argument(self):
+        self.built_grid(2)
+        before = self.files()
+        for option, command in [("--output", ["build", "grid.vtu", "--output=", "--force"]),
+                                ("--tets", ["extract", "grid.ptet", "--tets=", "--json"]),
+                                ("--field", ["build", "--field=", "grid.vtu"])]:
+            with self.subTest(command):
+                self.refused(2, *command, says=[f"error: {option}:", "missing"])
+        self.assertEqual(self.files(), before)
+
     def test_same_bytes_on_any_number_of_threads(self):
         self.grid(8)
         for threads in [1, 2, 5]:
             self.ptet("build", "grid.vtu", "-o", f"{threads}.ptet", "--threads", threads, "--quiet")
         self.assertEqual((self.folder / "1.ptet").read_bytes(), (self.folder / "2.ptet").read_bytes())
         self.assertEqual((self.folder / "1.ptet").read_bytes(), (self.folder / "5.ptet").read_bytes())
+
+    def test_threads_that_cannot_be_started_are_done_without(self):
+        self.grid(8)
+        self.ptet("build", "grid.vtu", "-o", "few.ptet", "--threads", 2, "--quiet")
+        limited = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_AS, (2**29, 2**29))}
+        if subprocess.run([program(), "--version"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                          check=False, **limited).returncode != 0:
+            self.skipTest("the program itself needs more memory than that, as under sanitizers")
+        self.ptet("build", "grid.vtu", "-o", "many.ptet", "--threads", 1000, "--quiet", **limited)
+        self.assertEqual((self.folder / "few.ptet").read_bytes(), (self.folder / "many.ptet").read_bytes())
+        self.ptet("measure", "grid.vtu", "grid.vtu", "--threads", 1000, **limited)
+
+    def test_progress_keeps_to_one_line_of_a_narrow_terminal(self):
+        self.grid(10)
+        master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 12, 0, 0))
+        subprocess.run([program(), "build", "grid.vtu", "--method", "QN"], cwd=self.folder, stdout=subprocess.DEVNULL,
+                       stderr=slave, env={**os.environ, "TERM": "xterm"}, timeout=600, check=True)
+        os.close(slave)
+        shown = os.read(master, 1 << 16).decode()  # a terminal holds some 4 kB, which takes more than this build tells
+        os.close(master)
+        lines = [line.replace("\x1b[K", "") for line in shown.split("\r")]
+        self.assertIn("collapsing ", lines)
+        self.assertEqual([line for line in lines if len(line) > 11], [])
 
     def test_full_disk(self):
         self.grid(10)

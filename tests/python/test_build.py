@@ -191,6 +191,29 @@ class Build(unittest.TestCase):
             with self.subTest(options), self.assertRaises(ptet.ArgumentError):
                 ptet.build(*cube(3), **options)
 
+    def test_numbers_of_numpy_are_numbers(self):
+        points, tets, fields = cube(4)
+        wanted = bytes(ptet.build(points, tets, fields, target_vertices=0.25, threads=1, **FAST).data)
+        for number in (np.float32(0.25), np.float64(0.25)):
+            made = ptet.build(points, tets, fields, target_vertices=number, threads=np.int64(1), **FAST)
+            self.assertEqual(bytes(made.data), wanted)
+
+    def test_what_is_wrong_is_named(self):
+        points, tets, fields = cube(2)
+        for name, value in (("min_quality", "good"), ("round_fraction", None), ("max_domain_error", 10**400)):
+            with self.subTest(name), self.assertRaisesRegex(ptet.ArgumentError, name):
+                ptet.build(points, tets, fields, **{name: value})
+        for wrong in (fields["t"], [("t", fields["t"])]):
+            with self.assertRaisesRegex(ptet.ArgumentError, "by their names"):
+                ptet.build(points, tets, wrong)
+
+    def test_names_of_files_are_not_cut_short(self):
+        with tempfile.TemporaryDirectory() as folder:
+            name = pathlib.Path(folder) / "a\0b"
+            self.assertRaisesRegex(ptet.ArgumentError, "zero byte", ptet.build, *cube(2), out=name, **FAST)
+            self.assertEqual(list(pathlib.Path(folder).iterdir()), [])
+            self.assertRaisesRegex(ptet.ArgumentError, "zero byte", ptet.open, name)
+
     def test_text_that_no_file_can_hold(self):
         points, tets, fields = cube(3)
         for name in ("source_name", "source_hash", "govern", "predict", "evaluate", "objective"):
@@ -216,6 +239,10 @@ class Build(unittest.TestCase):
             with self.assertRaises(ptet.Cancelled):
                 ptet.build(*cube(), out=folder + "/x.ptet", progress=lambda *told: False)
             self.assertEqual(list(pathlib.Path(folder).iterdir()), [])
+        with self.assertRaises(ptet.Cancelled):
+            ptet.build(*cube(2), progress=lambda *told: np.float64(1) < 0)  # numpy's False
+        for answer in (None, 0, "", np.True_):
+            ptet.build(*cube(2), progress=lambda *told, answer=answer: answer)
 
     def test_what_progress_raises_comes_through(self):
         class Own(BaseException):

@@ -124,6 +124,14 @@ class Extract(unittest.TestCase):
         np.testing.assert_array_equal(is_original, cut.made_by == 0xFFFFFFFF)
         self.assertIsNone(self.data.extract(error="3%").made_by)
 
+    def test_what_is_no_number_of_a_record_is_refused(self):
+        levels = self.data.origin_values(np.array([0, 1, 0xFFFFFFFF]), "level")  # of any type of whole numbers
+        self.assertEqual(levels[2], 0)
+        self.assertEqual(self.data.origin_values([], "level").shape, (0,))
+        for wrong in ([2**32], [-1], [1.0], ["1"], [[0]], [10**6]):
+            with self.subTest(wrong), self.assertRaises(ptet.ArgumentError):
+                self.data.origin_values(wrong, "level")
+
     def test_vertex_ids_are_stable(self):
         at = {}
         for request in ({}, {"error": "2%"}, {"budget": 500}, {"focus": ptet.Sphere((0, 0, 0), 0.5)}):
@@ -147,7 +155,8 @@ class Extract(unittest.TestCase):
             {"focus": ptet.OrientedBox((0, 0, 0), ((1, 0, 0), (1, 1, 0), (0, 0, 1)))},
             {"values": ptet.Values("nothing", 1)}, {"values": ptet.Values("t", 2, 1)}, {"values": ["t"]},
             {"view": 3}, {"view": ptet.View((0, 0, 0), (0, 0, 0))}, {"view": ptet.View((0, 0, 0), width=-1)},
-            {"view": ptet.View((0, 0, 0), width=2**40)},
+            {"view": ptet.View((0, 0, 0), width=2**40)}, {"view": [ptet.View((0, 0, 0))]}, {"error": 10**400},
+            {"focus": ptet.Sphere((0, 0, 10**400), 1)}, {"focus": ptet.Sphere((0, 0, 0), 10**400)},
         ]:
             with self.subTest(request), self.assertRaises(ptet.ArgumentError):
                 self.data.extract(**request)

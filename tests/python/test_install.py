@@ -47,6 +47,16 @@ class Install(unittest.TestCase):
         installed = next((self.folder / "venv").glob("lib/python*/site-packages/ptet"))
         self.assertEqual({path.name for path in installed.iterdir() if path.is_file() and path.suffix != ".so"}, there)
 
+    def test_a_relative_build_folder_is_one_of_the_clone(self):
+        # pip runs the backend in tools/python, wherever it was started itself.
+        script = "import sys; sys.path.insert(0, 'backend'); import cmake_backend; print(cmake_backend._build_folder())"
+        top = HERE.parents[1]
+        for given, wanted in (("build", top / "build"), (str(self.folder), self.folder.resolve()),
+                              ("", top / "build-python")):
+            told = subprocess.run([sys.executable, "-B", "-c", script], stdout=subprocess.PIPE, encoding="utf-8",
+                                  env={**os.environ, "PTET_BUILD_DIR": given}, cwd=HERE, check=True).stdout
+            self.assertEqual(told, f"{wanted}\n")
+
     def test_it_can_be_removed(self):
         listed = run(sys.executable, "-m", "pip", "--python", self.python, "show", "--files", "ptet")
         self.assertIn("ptet/py.typed", listed)

@@ -72,6 +72,15 @@ TEST_CASE("what no file can hold is refused before the build") {
   CHECK(reports == 0);
 }
 
+TEST_CASE("a checkpoint under another name of the file to be built is refused before the build") {
+  const test::TempFolder folder;
+  BuildOptions options = quick();
+  options.checkpoint.path = folder / "./mesh.ptet";
+  CHECK_THROWS_WITH(build_file(test::grid({}), folder / "mesh.ptet", options),
+                    Catch::Contains("is the file that is to be built"));
+  CHECK(folder.names().empty());
+}
+
 TEST_CASE("built in memory: cut without a file") {
   const TetMesh mesh = test::grid({});
   const auto data = Dataset::open_memory(build_memory(mesh, quick()));

@@ -12,6 +12,8 @@
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
 
 using namespace ptet;
 
@@ -41,6 +43,37 @@ std::string refusal(const std::function<void(Request&)>& spoil) {
 }
 
 } // namespace
+
+TEST_CASE("dataset: a forked process has no thread that reads, says so and does not wait for it") {
+  OpenOptions options;
+  options.background = true;
+  auto opened = Dataset::open_memory(file::encode(mesh(), test::simplify_naively(mesh()), {}), options);
+  Request coarse;
+  coarse.max_tets = 0;
+  (void)opened->extract(coarse);
+  opened->wait_until_loaded();
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    ::alarm(10);
+    const auto code_of = [](const auto& call) {
+      try {
+        call();
+        return ErrorCode::kCancelled;
+      } catch (const Error& error) {
+        return error.code();
+      }
+    };
+    const bool has_coarse = opened->extract(coarse).limited_by == LimitedBy::kBudget;
+    const bool refuses = code_of([&] { (void)opened->extract({}); }) == ErrorCode::kIo;
+    opened.reset();
+    ::_exit(has_coarse && refuses ? 0 : 1);
+  }
+  int status = 0;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+}
 
 TEST_CASE("dataset: what it says of itself") {
   const DatasetInfo& info = dataset()->info();

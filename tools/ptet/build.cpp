@@ -8,6 +8,7 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "formats/vtk/read.hpp"
+#include "formats/whole_file.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/pieces_build.hpp"
 #include "ranks.hpp"
@@ -188,7 +189,8 @@ std::string checkpoint_of(const Arguments& arguments, const std::string& output)
   if (!arguments.checkpoint) return {};
   const std::string& given = *arguments.checkpoint;
   std::string path = checked_output("--checkpoint", given, arguments.input);
-  if (path == output) throw Error(ErrorCode::kBadArgument, "--checkpoint '" + given + "': this is the output file");
+  if (is_same_file(path, output))
+    throw Error(ErrorCode::kBadArgument, "--checkpoint '" + given + "': this is the output file");
   std::error_code status;
   const bool exists = std::filesystem::exists(path, status);
   if (exists && !arguments.resume) {

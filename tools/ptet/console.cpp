@@ -10,6 +10,7 @@
 #include <new>
 #include <utility>
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace ptet::cli {
@@ -29,6 +30,13 @@ constexpr auto kRateOver = std::chrono::seconds(3);
 constexpr double kLeastRateSeconds = 0.5;
 /// Totals below this are shares of the work, not things that a rate can count.
 constexpr std::uint64_t kLeastCounted = 10'000;
+
+/// A line that is wrapped cannot be written over: on a terminal with fewer columns each would stay.
+void cut_to_terminal(std::string& line) {
+  struct winsize size {};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1)
+    line.resize(std::min<std::size_t>(line.size(), size.ws_col - 1));
+}
 
 std::string minutes(double seconds) {
   const auto whole = static_cast<long>(std::ceil(std::min(seconds, 1e6)));
@@ -143,6 +151,7 @@ void ProgressLine::show(const Progress& progress) {
       line += "  " + minutes(static_cast<double>(progress.total - done) / per_second) + " left";
     }
   }
+  cut_to_terminal(line);
   std::fprintf(stderr, "\r%s\x1b[K", line.c_str());
   std::fflush(stderr);
   shown_ = true;

@@ -1,6 +1,7 @@
 #include "files.hpp"
 
 #include "formats/ptet/layout.hpp"
+#include "formats/whole_file.hpp"
 #include "ptet/error.hpp"
 
 #include <array>
@@ -51,7 +52,8 @@ std::string checked_output(const std::string& option, const std::string& path, c
   const fs::file_status found = fs::status(path, status);
   if (fs::is_directory(found)) cannot("write", path, "it is a folder");
   if (fs::exists(found) && !fs::is_regular_file(found)) cannot("write", path, "it is not a regular file");
-  const fs::path target = fs::is_symlink(path, status) ? fs::weakly_canonical(path, status) : fs::path(path);
+  if (found.type() == fs::file_type::none) cannot("write", path, status.message()); // a name too long, links in a ring
+  const fs::path target = WholeFile::behind_links(path);
   if (fs::equivalent(target, input, status)) {
     throw Error(ErrorCode::kBadArgument,
                 option + " '" + path + "': this is the input file; give the output another name");
@@ -59,6 +61,7 @@ std::string checked_output(const std::string& option, const std::string& path, c
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, status)) cannot("write", path, "there is no folder '" + folder.string() + "'");
   if (access(folder.c_str(), W_OK | X_OK) != 0) cannot("write", path, std::strerror(errno));
+  if (fs::exists(found) && access(target.c_str(), W_OK) != 0) cannot("write", path, std::strerror(errno));
   return target.string();
 }
 

@@ -17,8 +17,8 @@ namespace ptet::cli {
 [[nodiscard]] std::uint64_t size_of_file(const std::string& path);
 
 /// Where to write when the user asked `option` for `path`: links are followed, for writers replace what stands under
-/// the name. Throws Error: kIo when there is something other than a file, or the folder is missing or not writable;
-/// kBadArgument when it is the file `input`.
+/// the name. Throws Error: kIo when there is something other than a file, when it is write-protected, or the folder is
+/// missing or not writable; kBadArgument when it is the file `input`.
 [[nodiscard]] std::string checked_output(const std::string& option, const std::string& path, const std::string& input);
 
 /// Calls `f` for the .ptet file `path`, and puts the path before what it says when the file is corrupt.

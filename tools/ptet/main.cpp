@@ -90,8 +90,19 @@ std::string explain(const CLI::ParseError& error) {
   return what;
 }
 
+/// "--output=" of an empty variable would take the next argument for its value.
+void refuse_empty_values(int argc, char** argv) {
+  for (int i = 1; i < argc && argv[i] != std::string_view("--"); ++i) {
+    const std::string_view argument = argv[i];
+    if (argument.starts_with("--") && argument.find('=') == argument.size() - 1)
+      throw Error(ErrorCode::kBadArgument,
+                  std::string(argument.substr(0, argument.size() - 1)) + ": its value is missing");
+  }
+}
+
 /// Runs what was asked; says what the user typed wrong.
 int run(CLI::App& program, int argc, char** argv) {
+  refuse_empty_values(argc, argv);
   if (argc > 1 && argv[1][0] != '-') (void)command_named(program, argv[1]);
   try {
     program.parse(argc, argv);

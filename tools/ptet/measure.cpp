@@ -1,6 +1,7 @@
 // ptet measure: how far a simplified mesh is from its original, whoever made it: fields, boundary, volumes, and whether
 // it is a sound mesh. It takes the two meshes and nothing else, so it is a check of what other commands state.
 #include "arguments.hpp"
+#include "build/threads.hpp"
 #include "commands.hpp"
 #include "compare.hpp"
 #include "console.hpp"
@@ -17,10 +18,6 @@
 #include <memory>
 #include <optional>
 #include <tuple>
-
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/info.h>
-#include <oneapi/tbb/task_arena.h>
 
 namespace ptet::cli {
 namespace {
@@ -328,10 +325,7 @@ void run(const Arguments& arguments) {
     target = checked_output("--errors", *arguments.errors, arguments.simplified);
   }
   const auto begin = Clock::now();
-  const int threads = wishes.threads == 0 ? oneapi::tbb::info::default_concurrency() : wishes.threads;
-  const oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
-                                            static_cast<std::size_t>(threads));
-  oneapi::tbb::task_arena arena(threads);
+  build::Threads threads(static_cast<unsigned>(wishes.threads));
   ProgressLine progress;
   MeasureOutcome outcome;
   outcome.samples = wishes.samples;
@@ -342,7 +336,7 @@ void run(const Arguments& arguments) {
   note_convention(outcome.original, outcome.notes);
   note_convention(outcome.simplified, outcome.notes);
   outcome.fields = choose_fields(arguments.fields, outcome.original, outcome.simplified, outcome.notes);
-  arena.execute([&] {
+  threads.run([&] {
     measure_fields(wishes, outcome, progress.callback());
     measure_boundaries(wishes, outcome, progress.callback());
     for (ComparedMesh* side : {&outcome.original, &outcome.simplified})

@@ -46,7 +46,8 @@ struct OpenOptions {
   ///   - a sixteenth of the limit holds blocks as they are stored, those used last, which need not be read again
   std::uint64_t memory_limit = 0;
   /// A thread of the dataset reads and decodes. extract() does not wait for it but answers with what is there, see
-  /// LimitedBy::kLoading; only what Request::input_order takes it reads itself.
+  /// LimitedBy::kLoading; only what Request::input_order takes it reads itself. A forked process does not have the
+  /// thread: there what is in memory can be extracted, and more is an Error(kIo).
   bool background = false;
   /// Blocks so many bytes or less apart in the file are read by one request, with what is between them. For a server
   /// that takes 50 ms to answer a request and sends 10 MB/s some 500,000 are best.

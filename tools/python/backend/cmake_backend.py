@@ -2,7 +2,8 @@
 
 A PEP 517 backend that needs nothing but Python's library, so that `pip install tools/python` works without a network.
 What is compiled stays in build-python/ at the top of the repository, for the next time; the environment variable
-PTET_BUILD_DIR names another folder, such as one where ptet is built already.
+PTET_BUILD_DIR names another folder, such as one where ptet is built already; a relative one is below the top of the
+repository.
 """
 
 import base64
@@ -46,7 +47,7 @@ def _run(*command):
 
 def _build_folder():
     given = os.environ.get("PTET_BUILD_DIR")
-    return pathlib.Path(given).resolve() if given else TOP / "build-python"
+    return (TOP / (given or "build-python")).resolve()
 
 
 def _compile():

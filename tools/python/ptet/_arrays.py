@@ -69,8 +69,12 @@ def as_text(given: str, what: str) -> str:
 
 def as_fields(given: Mapping[str, npt.ArrayLike] | None, vertices: int) -> list[tuple[str, Array]]:
     """By name, (n,) or (n, components), each of one of the file's types."""
-    fields = []
-    for name, values in (given or {}).items():
+    fields: list[tuple[str, Array]] = []
+    if given is None:
+        return fields
+    if not callable(getattr(given, "items", None)):
+        raise ArgumentError(f"fields: arrays by their names are wanted (a dict), not {type(given).__name__}")
+    for name, values in given.items():
         if not isinstance(name, str):
             raise ArgumentError(f"fields: {name!r} is no name; names are str")
         as_text(name, "fields: the name")

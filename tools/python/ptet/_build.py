@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Optional, Union
 
+import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from ._arrays import as_fields, as_points, as_tets, as_text
 from ._dataset import Dataset, open as open_file
 from ._errors import ArgumentError
-from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse_field_bounds
+from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse_field_bounds, parse_number
 
 ProgressCallback = Callable[[str, int, int], Any]
 """Called with a stage such as "collapsing", how much of it is done, and of how much (0: unknown), some 20 times a
@@ -207,8 +208,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
     point_rows = as_points(points)
     vertices = len(point_rows)
     prediction, evaluation = _choose_method(method, predict, evaluate)
-    if isinstance(target_vertices, float) and 0 <= target_vertices < 1:
-        target = target_vertices
+    if isinstance(target_vertices, (float, np.floating)) and 0 <= target_vertices < 1:
+        target = float(target_vertices)
     else:
         target = float(parse_count(target_vertices, vertices, "target_vertices"))  # type: ignore[arg-type]
     names = [govern] if isinstance(govern, str) else list(govern or [])
@@ -223,8 +224,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         raise ArgumentError(f"progress {progress!r}: it cannot be called")
     data, report = _core.build(
         point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
-        names, bounds, parse_bound(max_domain_error, "max_domain_error"), target, float(min_quality), prediction,
-        evaluation, objective, _whole(max_star, 8, 4096, "max_star"), float(round_fraction),
+        names, bounds, parse_bound(max_domain_error, "max_domain_error"), target, parse_number(min_quality, "min_quality"), prediction,
+        evaluation, objective, _whole(max_star, 8, 4096, "max_star"), parse_number(round_fraction, "round_fraction"),
         _whole(threads, 0, 1024, "threads"), _whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
         _whole(pieces, 1, 65536, "pieces"), bool(keep_order), source_name, source_hash, progress)
     report["walk"] = [Round(*step) for step in report["walk"]]

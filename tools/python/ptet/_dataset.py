@@ -200,10 +200,12 @@ class Dataset:
         if what == "field error" and field not in self.info.governing:
             raise ArgumentError(f"there is no governing field {field!r}")
         place = self.info.governing.index(field) if what == "field error" and field is not None else 0
-        records = np.ascontiguousarray(made_by, np.uint32)
+        records = np.asarray(made_by)
         if records.ndim != 1:
             raise ArgumentError(f"records by tet are wanted, not an array of shape {records.shape}")
-        return self._core.origin_values(records, what, place)
+        if records.size and (records.dtype.kind not in "iu" or int(records.min()) < 0 or int(records.max()) >= 2**32):
+            raise ArgumentError("made_by: numbers of records are wanted, whole and from 0 to 0xFFFFFFFF")
+        return self._core.origin_values(np.ascontiguousarray(records, np.uint32), what, place)
 
     def wait_until_loaded(self, *, progress: Optional[Callable[[str, int, int], Any]] = None) -> None:
         """Waits until the blocks that extractions asked for are there, or found not to be had; see `background` of
@@ -259,7 +261,8 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
             where they are; or an object with `read(offset, size)` and `size`, see ByteSource.
         memory_limit: bytes that decoded blocks may take; 0: as many as max_bytes leaves. A request whose own blocks
             would pass it raises LimitError, or with `salvage` is answered coarser.
-        background: a thread reads and decodes; `extract` answers at once with what is there, limited by "loading".
+        background: a thread reads and decodes; `extract` answers at once with what is there, limited by "loading". A
+            forked process (multiprocessing) has no such thread, and must open the file anew.
         max_gap: blocks so many bytes or less apart are read at once; for a server far away some 500,000.
         max_bytes: memory for what opening holds for good and for decoded blocks; None: 32 GiB.
         max_vertices, max_tets: of the original; a file with more is refused.

@@ -27,7 +27,7 @@ def parse_bound(bound: Bound, what: str) -> tuple[float, bool]:
     relative = isinstance(bound, str) and bound.endswith("%")
     try:
         value = float(bound[:-1]) / 100 if isinstance(bound, str) and relative else float(bound)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ArgumentError(f"{what} {bound!r}: a number is wanted, or a percentage such as '2%'") from None
     if not (math.isfinite(value) and math.copysign(1, value) > 0):
         raise ArgumentError(f"{what} {bound!r}: a finite number that is not negative is wanted")
@@ -53,17 +53,18 @@ def parse_count(count: Count, total: int, what: str) -> int:
 def _vector(values: Vector, what: str) -> list[float]:
     try:
         numbers = [float(value) for value in values]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != 3:
         raise ArgumentError(f"{what}: three numbers are wanted, not {values!r}")
     return numbers
 
 
-def _number(value: float, what: str) -> float:
+def parse_number(value: float, what: str) -> float:
+    """Any number; what it may be is for the library to say."""
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ArgumentError(f"{what}: a number is wanted, not {value!r}") from None
 
 
@@ -230,14 +231,17 @@ def _add_region(request: _core.Request, region: Region) -> None:
             raise ArgumentError(f"half_axes of an OrientedBox: three are wanted, not {len(axes)}")
         request.add_oriented_box(_vector(region.centre, "centre of an OrientedBox"), axes, error, falloff)
     elif isinstance(region, Sphere):
-        radius = _number(region.radius, "radius of a Sphere")
+        radius = parse_number(region.radius, "radius of a Sphere")
         request.add_sphere(_vector(region.centre, "centre of a Sphere"), radius, error, falloff)
     else:
-        offset = _number(region.offset, "offset of a HalfSpace")
+        offset = parse_number(region.offset, "offset of a HalfSpace")
         request.add_half_space(_vector(region.normal, "normal of a HalfSpace"), offset, error, falloff)
 
 
 def _set_view(request: _core.Request, view: View) -> None:
+    if not isinstance(view, View):
+        raise ArgumentError(f"view: one View is wanted, not {view!r}")
+
     def pixels(value: int, what: str) -> int:
         count = parse_count(value, 0, what)
         if count >= 2**32:
@@ -245,9 +249,10 @@ def _set_view(request: _core.Request, view: View) -> None:
         return count
 
     request.set_view(_vector(view.eye, "eye of a View"), _vector(view.direction, "direction of a View"),
-                     _vector(view.up, "up of a View"), _number(view.vertical_angle, "vertical_angle of a View"),
+                     _vector(view.up, "up of a View"), parse_number(view.vertical_angle, "vertical_angle of a View"),
                      pixels(view.width, "width of a View"), pixels(view.height, "height of a View"),
-                     _number(view.max_pixels, "max_pixels of a View"), _number(view.outside, "outside of a View"))
+                     parse_number(view.max_pixels, "max_pixels of a View"),
+                     parse_number(view.outside, "outside of a View"))
 
 
 def _set_budget(request: _core.Request, budget: Budget | int, vertices: int, tets: int) -> None:
@@ -262,7 +267,7 @@ def _set_budget(request: _core.Request, budget: Budget | int, vertices: int, tet
             raise ArgumentError(f"bytes of a Budget {budget.bytes!r}: a whole number is wanted")
         request.max_bytes = parse_count(budget.bytes, 0, "bytes of a Budget")
     if budget.milliseconds is not None:
-        request.max_milliseconds = _number(budget.milliseconds, "milliseconds of a Budget")
+        request.max_milliseconds = parse_number(budget.milliseconds, "milliseconds of a Budget")
         if not math.isfinite(request.max_milliseconds):
             raise ArgumentError(f"the time allowed is {request.max_milliseconds} milliseconds; it must be a number "
                                 "that is not negative")
@@ -281,11 +286,11 @@ def make_request(vertices: int, tets: int, *, error: ErrorBounds | None, domain_
         _add_region(request, region)  # type: ignore[arg-type]
     for wanted in as_list(values, (Values,), "values"):
         assert isinstance(wanted, Values)
-        least = _number(wanted.min, "min of Values")
+        least = parse_number(wanted.min, "min of Values")
         as_text(wanted.field, "field of Values")
-        request.add_values(wanted.field, least, least if wanted.max is None else _number(wanted.max, "max of Values"))
+        greatest = least if wanted.max is None else parse_number(wanted.max, "max of Values")
+        request.add_values(wanted.field, least, greatest)
     if view is not None:
-        as_list(view, (View,), "view")
         _set_view(request, view)
     if budget is not None:
         _set_budget(request, budget, vertices, tets)

@@ -63,7 +63,9 @@ public:
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       if (progress_.is_none()) return true;
-      return !progress_(py::str(now.stage.data(), now.stage.size()), now.done, now.total).is(py::bool_(false));
+      const py::object answer = progress_(py::str(now.stage.data(), now.stage.size()), now.done, now.total);
+      py::detail::make_caster<bool> is_to_go_on; // of a bool, also of numpy's; other answers mean nothing
+      return !is_to_go_on.load(answer, false) || static_cast<bool>(is_to_go_on);
     } catch (py::error_already_set& error) {
       raised_.keep(std::move(error));
       return false;

@@ -1,0 +1,48 @@
+#include "build/startable_threads.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <new>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace ptet::build {
+
+namespace {
+
+/// A thread's first allocation may reserve much address space, for good.
+void allocate_once() {
+  void* volatile memory = std::malloc(1);
+  std::free(memory);
+}
+
+} // namespace
+
+unsigned startable_threads(unsigned wanted) {
+  std::atomic<bool> may_end{false};
+  std::vector<std::thread> started;
+  bool is_refused = false;
+  started.reserve(wanted);
+  try {
+    while (started.size() + 1 < wanted)
+      started.emplace_back([&may_end] {
+        allocate_once();
+        may_end.wait(false);
+      });
+  } catch (const std::system_error&) {
+    is_refused = true;
+  } catch (const std::bad_alloc&) {
+    is_refused = true;
+  }
+  may_end = true;
+  may_end.notify_all();
+  for (std::thread& thread : started)
+    thread.join();
+  if (!is_refused) return static_cast<unsigned>(started.size()) + 1;
+  std::this_thread::sleep_for(std::chrono::milliseconds(10)); // threads that have ended count for a moment still
+  return static_cast<unsigned>(started.size() / 4) + 1;
+}
+
+} // namespace ptet::build
