@@ -290,6 +290,7 @@ def plot(path, rows, before):
                     panel.plot([x for x, _ in points], [y for _, y in points], color=colour, alpha=alpha,
                                linestyle=line, marker="os^Dv"[number % 5], markersize=4.5,
                                label=f"{label}, {kind}" + (" (before)" if source is before else ""))
+        panel.set_visible(panel.has_data())
         panel.set_xscale("log")
         if title.startswith(("processor seconds", "error")):
             panel.set_yscale("log")
