@@ -54,10 +54,11 @@ Face turned(const Face& face) {
 Tet sorted_keeping_orientation(const Tet& tet) {
   Tet result = tet;
   bool is_odd = false;
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t j = i + 1; j < 4; ++j)
-      is_odd ^= tet[j] < tet[i];
-  std::sort(result.begin(), result.end());
+  for (const auto& [i, j] : {std::pair(0, 1), std::pair(2, 3), std::pair(0, 2), std::pair(1, 3), std::pair(1, 2)})
+    if (result[j] < result[i]) {
+      std::swap(result[i], result[j]);
+      is_odd = !is_odd;
+    }
   if (is_odd) std::swap(result[2], result[3]);
   return result;
 }
