@@ -3,7 +3,6 @@
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace ptet {
@@ -21,50 +20,70 @@ Point unit(const Point& a) {
 
 } // namespace
 
-Camera::Camera(const View& view)
-    : eye_(view.eye), forward_(unit(view.direction)), right_(unit(cross(forward_, unit(view.up)))),
-      up_(cross(right_, forward_)), tan_v_(std::tan(view.vertical_angle / 2)) {
-  tan_h_ = tan_v_ * view.width / view.height;
-  const double focal = view.height / (2 * tan_v_);
-  steepest_ = focal * std::sqrt(1 + tan_h_ * tan_h_ + tan_v_ * tan_v_) * (1 + kProjectionSlack);
+Camera::Camera(const View& view) : eye_(view.eye), forward_(unit(view.direction)) {
+  const Point right = unit(cross(forward_, unit(view.up))), up = cross(right, forward_);
+  const double tan_v = std::tan(view.vertical_angle / 2), tan_h = tan_v * view.width / view.height;
+  beyond_ = {-1 * forward_, right - tan_h * forward_, -1 * right - tan_h * forward_, up - tan_v * forward_,
+             -1 * up - tan_v * forward_};
+  slack_ = kProjectionSlack * (1 + tan_h + tan_v);
+  const double focal = view.height / (2 * tan_v);
+  steepest_ = focal * std::sqrt(1 + tan_h * tan_h + tan_v * tan_v) * (1 + kProjectionSlack);
 }
 
-// Outside when all points are beyond one side of the picture, or behind the eye.
+double Camera::least_along(const Point& direction, std::span<const Point> corners) const {
+  double least = INFINITY;
+  for (const Point& p : corners)
+    least = std::min(least, dot(p - eye_, direction));
+  return least;
+}
+double Camera::least_along(const Point& direction, const Box& box) const {
+  double least = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    least += direction[axis] * ((direction[axis] < 0 ? box.max : box.min)[axis] - eye_[axis]);
+  return least;
+}
+
+// Not when all of it is beyond one side of the picture, or behind the eye. `farthest`: greatest coordinate.
+template <class Place>
+bool Camera::may_see(const Place& place, double farthest) const {
+  const double slack = slack_ * std::max({farthest, std::fabs(eye_[0]), std::fabs(eye_[1]), std::fabs(eye_[2])});
+  return std::none_of(beyond_.begin(), beyond_.end(),
+                      [&](const Point& beyond) { return least_along(beyond, place) > slack; });
+}
+
 bool Camera::meets(std::span<const Point> corners) const {
-  std::array<double, 5> nearest;
-  nearest.fill(INFINITY);
-  double most = 0;
-  for (const Point& p : corners) {
-    const Point at = p - eye_;
-    const double depth = dot(at, forward_), x = dot(at, right_), y = dot(at, up_);
-    const std::array<double, 5> beyond = {-depth, x - depth * tan_h_, -x - depth * tan_h_, y - depth * tan_v_,
-                                          -y - depth * tan_v_};
-    for (std::size_t side = 0; side < 5; ++side)
-      nearest[side] = std::min(nearest[side], beyond[side]);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      most = std::max({most, std::fabs(p[axis]), std::fabs(eye_[axis])});
-  }
-  const double slack = kProjectionSlack * most * (1 + tan_h_ + tan_v_);
-  return std::none_of(nearest.begin(), nearest.end(), [&](double beyond) { return beyond > slack; });
+  double farthest = 0;
+  for (const Point& p : corners)
+    farthest = std::max({farthest, std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])});
+  return may_see(corners, farthest);
+}
+bool Camera::meets(const Box& box) const {
+  double farthest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    farthest = std::max({farthest, std::fabs(box.min[axis]), std::fabs(box.max[axis])});
+  return may_see(box, farthest);
 }
 
 double Camera::depth(std::span<const Point> corners) const {
-  double least = INFINITY;
-  for (const Point& p : corners)
-    least = std::min(least, dot(p - eye_, forward_));
-  return std::max(0.0, least);
+  return std::max(0.0, least_along(forward_, corners));
+}
+double Camera::depth(const Box& box) const {
+  return std::max(0.0, least_along(forward_, box));
 }
 
 double Camera::eye_distance(std::span<const Point> corners) const {
-  double distance = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    double min = INFINITY, max = -INFINITY;
-    for (const Point& p : corners) {
-      min = std::min(min, p[axis]);
-      max = std::max(max, p[axis]);
+  Box around{corners[0], corners[0]};
+  for (const Point& p : corners)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      around.min[axis] = std::min(around.min[axis], p[axis]);
+      around.max[axis] = std::max(around.max[axis], p[axis]);
     }
-    distance = std::hypot(distance, std::max({min - eye_[axis], eye_[axis] - max, 0.0}));
-  }
+  return eye_distance(around);
+}
+double Camera::eye_distance(const Box& box) const {
+  double distance = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    distance = std::hypot(distance, std::max({box.min[axis] - eye_[axis], eye_[axis] - box.max[axis], 0.0}));
   return distance;
 }
 

@@ -5,6 +5,7 @@
 
 #include "ptet/request.hpp"
 
+#include <array>
 #include <span>
 
 namespace ptet {
@@ -14,12 +15,15 @@ public:
   /// Of a view that is known to be sound.
   explicit Camera(const View& view);
 
-  /// Whether the hull of the points may be seen in the picture; a "no" is certain.
+  /// Whether the hull of the points, or the box, may be seen in the picture; a "no" is certain.
   [[nodiscard]] bool meets(std::span<const Point> corners) const;
-  /// Least depth of the points; not below 0.
+  [[nodiscard]] bool meets(const Box& box) const;
+  /// Least depth of the points, or in the box; not below 0.
   [[nodiscard]] double depth(std::span<const Point> corners) const;
-  /// Distance from the eye to the box around the points.
+  [[nodiscard]] double depth(const Box& box) const;
+  /// Distance from the eye to the box, or the one around the points.
   [[nodiscard]] double eye_distance(std::span<const Point> corners) const;
+  [[nodiscard]] double eye_distance(const Box& box) const;
 
   /// The length that nowhere in the picture looks longer than `pixels` when the nearer end of it is at least so deep
   /// as `depth`, less that length: two points in the picture, e apart and deeper than z, are seen no more than
@@ -31,9 +35,15 @@ public:
   friend bool operator==(const Camera&, const Camera&) = default;
 
 private:
-  Point eye_, forward_, right_, up_;
-  double tan_h_, tan_v_;
-  double steepest_; ///< pixels of a length of 1 at depth 1, at most
+  [[nodiscard]] double least_along(const Point& direction, std::span<const Point> corners) const;
+  [[nodiscard]] double least_along(const Point& direction, const Box& box) const;
+  template <class Place>
+  [[nodiscard]] bool may_see(const Place& place, double farthest) const;
+
+  Point eye_, forward_;
+  std::array<Point, 5> beyond_; ///< directions out of the picture: behind the eye, and away from its four sides
+  double slack_;                ///< of a number along one of them, as a fraction of what goes into it
+  double steepest_;             ///< pixels of a length of 1 at depth 1, at most
 };
 
 } // namespace ptet

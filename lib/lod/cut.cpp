@@ -31,11 +31,9 @@ private:
 
 class CutSearch {
 public:
-  CutSearch(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress,
-            const void* asker = nullptr, std::optional<Clock::time_point> read_until = std::nullopt)
+  CutSearch(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress)
       : hierarchy_(hierarchy), request_(request), budget_(hierarchy, request.budgets), progress_(progress),
-        cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()), asker_(asker),
-        read_until_(read_until) {}
+        cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()) {}
 
   Cut run() {
     const Demand& demand = request_.demand;
@@ -78,20 +76,12 @@ private:
     cancellation_.check();
     hierarchy_.close(set);
     const BlockSet wanted = set;
-    if (read_until_) {
-      read_what_there_is_time_for(set);
-    } else if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr, asker_)) {
+    if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr)) {
       is_time_up_ = true; // what was left unread for want of time does not count as missing
       return;
     }
     for (std::size_t b = 0; b < set.size(); ++b) // both ways: what was missing before may be there now
       if (wanted[b] != 0) cut_.missing[b] = set[b] == 0 ? 1 : 0;
-  }
-  void read_what_there_is_time_for(BlockSet& set) {
-    if (cut_.is_out_of_time)
-      hierarchy_.loader().keep_loaded(set);
-    else
-      cut_.is_out_of_time = !hierarchy_.loader().load(set, *read_until_, nullptr, asker_);
   }
   /// Until when to wait for another thread that loads. None: as long as it takes, as with origins, for which all of the
   /// file is read whatever the time.
@@ -255,8 +245,8 @@ private:
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
     while (true) {
       reach = read_down_to(reach, by_key, promised_blocks);
-      const bool has_read_all = by_key.empty() || reach <= by_key.back().first || cut_.is_out_of_time ||
-                                hierarchy_.loader().waits_for(cut_.missing);
+      const bool has_read_all =
+          by_key.empty() || reach <= by_key.back().first || hierarchy_.loader().waits_for(cut_.missing);
       if (has_read_all) reach = 0;
       const auto lock = hierarchy_.lock();
       cut_.applied = promised;
@@ -370,8 +360,6 @@ private:
   Cancellation cancellation_;
   const std::vector<file::BlockInfo>& blocks_;
   const Clock::time_point begin_;
-  const void* const asker_;
-  const std::optional<Clock::time_point> read_until_;
   Cut cut_;
   bool stopped_by_budget_ = false;
   bool is_time_up_ = false;
@@ -381,12 +369,6 @@ private:
 
 Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress) {
   return CutSearch(hierarchy, request, progress).run();
-}
-
-Cut find_cut_for(const void* asker, std::optional<Clock::time_point> until, Hierarchy& hierarchy,
-                 const ResolvedRequest& request) {
-  const ProgressCallback none;
-  return CutSearch(hierarchy, request, none, asker, until).run();
 }
 
 } // namespace ptet

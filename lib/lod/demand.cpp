@@ -34,19 +34,20 @@ BlockDemand of_block(const WantNear& want, const file::BlockInfo& block) {
   return exceeds_at(block.max_own.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
 }
 
-/// With a camera: whether a version with these error codes, somewhere in the hull of the corners, may have an error
-/// that passes its limit. `has_face`: whether it may be a boundary face; only these have domain errors.
-bool may_exceed(const ErrorCode16* codes, const WantBounded& want, std::span<const Point> corners, bool has_face) {
+/// With a camera: whether a version with these error codes, somewhere in the box or in the hull of the corners, may
+/// have an error that passes its limit. `has_face`: whether it may be a boundary face; only these have domain errors.
+template <class Place>
+bool may_exceed(const ErrorCode16* codes, const WantBounded& want, const Place& place, bool has_face) {
   const Camera& camera = *want.camera;
-  const bool is_seen = camera.meets(corners);
+  const bool is_seen = camera.meets(place);
   const CodeLimits& limits = is_seen ? want.limits : want.limits_unseen;
   if (limits.empty()) return false;
   for (std::size_t i = 0; i + 1 < limits.size(); ++i)
     if (codes[i] > limits[i]) return true;
   const ErrorCode16 domain = codes[limits.size() - 1];
   if (!has_face || domain == 0) return false;
-  const double allowed = is_seen ? camera.length_of(want.max_pixels, camera.depth(corners))
-                                 : camera.length_of(want.max_pixels_unseen, camera.eye_distance(corners));
+  const double allowed = is_seen ? camera.length_of(want.max_pixels, camera.depth(place))
+                                 : camera.length_of(want.max_pixels_unseen, camera.eye_distance(place));
   return domain > limits.back() || decode_error(domain, want.domain_scale) > allowed;
 }
 /// The same wherever the version is: a quick "no" for most. Limits outside the picture are no lower than those in it.
@@ -60,8 +61,7 @@ bool may_exceed_somewhere(const ErrorCode16* codes, const WantBounded& want, boo
 BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
   const auto* const codes = want.is_plain() ? block.max_error.data() : block.max_own.data();
   if (!may_exceed_somewhere(codes, want, true)) return BlockDemand::kNone;
-  if (want.camera && !may_exceed(codes, want, box_corners(block.box_min, block.box_max), true))
-    return BlockDemand::kNone;
+  if (want.camera && !may_exceed(codes, want, Box{block.box_min, block.box_max}, true)) return BlockDemand::kNone;
   return BlockDemand::kSome;
 }
 
@@ -74,12 +74,6 @@ struct Record {
   [[nodiscard]] const Refinement& refinement() const { return hierarchy.content().refinement; }
   [[nodiscard]] const ErrorCode16* own() const { return row(hierarchy.content().own); }
   [[nodiscard]] const ErrorCode16* monotone() const { return row(hierarchy.content().monotone); }
-  /// Whether a boundary face is among C(r).
-  [[nodiscard]] bool has_coarse_face() const {
-    const auto kinds = refinement().parent_kinds(id);
-    return (refinement().base_kinds(id) & kHasGhosts) != 0 ||
-           std::any_of(kinds.begin(), kinds.end(), [](VersionKinds kind) { return (kind & kHasGhosts) != 0; });
-  }
 
 private:
   [[nodiscard]] const ErrorCode16* row(const std::vector<ErrorCode16>& codes) const {
@@ -113,12 +107,14 @@ bool wants_record(const WantNear& want, const Record& record) {
 bool wants_record(const WantBounded& want, const Record& record) {
   if (want.is_plain()) return exceeds(record.monotone(), want.limits);
   const ErrorCode16* const own = record.own();
-  if (!may_exceed_somewhere(own, want, !want.camera || record.has_coarse_face())) return false;
+  if (!may_exceed_somewhere(own, want, true)) return false;
+  const bool may_be_tet = may_exceed_somewhere(own, want, false);
   if (want.camera) {
     const auto [min, max] = record.hierarchy.star_box(record.id);
-    if (!may_exceed(own, want, box_corners(min, max), true)) return false;
+    if (!may_exceed(own, want, Box{min, max}, true)) return false;
   }
   return any_coarse(record.refinement(), record.id, [&](const Tet& tet) {
+    if (!may_be_tet && !is_ghost(tet)) return false;
     return (want.values.empty() ||
             std::any_of(want.values.begin(), want.values.end(),
                         [&](const Interval& i) { return may_take(i, record.hierarchy, tet, own); })) &&

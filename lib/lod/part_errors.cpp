@@ -94,15 +94,14 @@ PartErrors decoded(const Codes& codes, const file::Header& header) {
 double largest_in_pixels(const Hierarchy& hierarchy, std::span<const MadeVersion> ghosts, const Blocks& unread,
                          const Camera& camera) {
   const std::size_t domain = hierarchy.errors_per_record() - std::size_t{1};
-  const auto in_pixels = [&](ErrorCode16 code, std::span<const Point> corners) {
-    return camera.meets(corners)
-               ? camera.pixels_of(decode_error(code, hierarchy.header().diagonal), camera.depth(corners))
-               : 0;
+  const auto in_pixels = [&](ErrorCode16 code, const auto& place) {
+    return camera.meets(place) ? camera.pixels_of(decode_error(code, hierarchy.header().diagonal), camera.depth(place))
+                               : 0;
   };
   double most = 0;
   for (const file::BlockInfo* const block : unread)
     if (block->max_own[domain] > 0)
-      most = std::max(most, in_pixels(block->max_own[domain], box_corners(block->box_min, block->box_max)));
+      most = std::max(most, in_pixels(block->max_own[domain], Box{block->box_min, block->box_max}));
   for (const MadeVersion& ghost : ghosts)
     if (const ErrorCode16* const own = own_errors(hierarchy, ghost); own[domain] > 0)
       most = std::max(most, in_pixels(own[domain], Corners(hierarchy, ghost.tet).points()));
@@ -134,7 +133,9 @@ void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const Resolve
     const Camera& camera = *request.camera;
     result.in_view =
         state([&](const Tet& tet, const ErrorCode16*) { return camera.meets(Corners(hierarchy, tet).points()); },
-              [&](const Point& min, const Point& max) { return camera.meets(box_corners(min, max)); });
+              [&](const Point& min, const Point& max) {
+                return camera.meets(Box{min, max});
+              });
     result.pixels_in_view = largest_in_pixels(hierarchy, ghosts, unread, camera);
   }
 }

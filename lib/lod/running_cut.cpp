@@ -8,78 +8,48 @@ RunningCut::RunningCut(Hierarchy& hierarchy)
     : hierarchy_(hierarchy), blocks_(hierarchy.blocks()), read_(blocks_.size(), 0), missing_(blocks_.size(), 0),
       promised_read_(blocks_.size(), 0), is_met_(blocks_.size(), 0),
       promised_demand_(blocks_.size(), BlockDemand::kNone), wished_demand_(blocks_.size(), BlockDemand::kNone),
-      flags_(hierarchy.header().record_count, 0), promised_uses_(hierarchy.header().record_count, 0),
-      candidates_(kMaxOrderCode + std::size_t{1}) {}
+      is_current_(blocks_.size(), 0), flags_(hierarchy.header().record_count, 0),
+      uses_(hierarchy.header().record_count, 0), candidates_(kMaxOrderCode + std::size_t{1}) {}
 
 RunningCut::~RunningCut() {
   hierarchy_.loader().forget_asker(this);
-}
-
-BlockDemand RunningCut::promised_of(const file::BlockInfo& block) const {
-  return counts_wishes() ? request_.demand.of_block(block) : request_.demand.promised.of_block(block);
-}
-BlockDemand RunningCut::wished_of(const file::BlockInfo& block) const {
-  return counts_wishes() ? BlockDemand::kNone : request_.demand.wished.of_block(block);
-}
-bool RunningCut::is_promised(std::uint32_t r) const {
-  return counts_wishes() ? request_.demand.wants(hierarchy_, RecordId{r})
-                         : request_.demand.promised.wants(hierarchy_, RecordId{r});
 }
 
 std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& request,
                                                     const std::optional<std::chrono::steady_clock::time_point>& until) {
   until_ = until;
   is_out_of_time_ = false;
-  const bool counted_wishes = counts_wishes();
-  const bool wished_changed = is_stale_ || request.demand.wished != request_.demand.wished;
-  bool promised_changed = is_stale_ || request.demand.promised != request_.demand.promised;
-  const bool was_found = is_found_anew_ && is_found_whole_ && request.demand == request_.demand &&
-                         request.budgets.has_size_of(request_.budgets) && request.origins == request_.origins;
+  const bool promised_changed = is_stale_ || request.demand.promised != request_.demand.promised;
+  if (is_stale_ || request.demand.wished != request_.demand.wished)
+    std::fill(is_current_.begin(), is_current_.end(), char{0});
   is_stale_ = true;
+  if (counts_wishes_ == request.demand.wished.are_closed()) withdraw_wishes();
+  counts_wishes_ = !request.demand.wished.are_closed();
   request_ = request;
-  if (counted_wishes || counts_wishes()) promised_changed = promised_changed || wished_changed;
   request_.budgets.max_seconds.reset();
-  if (was_found) return hierarchy_.lock();
   stopped_by_budget_ = false;
   std::fill(missing_.begin(), missing_.end(), char{0});
-  if (counts_wishes() && request_.budgets.limit_size()) return find_anew();
-  if (std::exchange(is_found_anew_, false))
-    for (std::uint32_t r = 0; r < flags_.size(); ++r)
-      if (contains(r) != (found_.applied[r] != 0)) touch(r);
 
+  const Demand& demand = request_.demand;
   for (std::size_t b = 0; b < blocks_.size(); ++b)
-    promised_read_[b] = promised_of(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
+    promised_read_[b] = demand.promised.of_block(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
   hierarchy_.close(promised_read_, open_);
   read_ = promised_read_;
   for (std::size_t b = 0; b < blocks_.size(); ++b)
-    if (request_.origins || (!request_.budgets.limit_size() && wished_of(blocks_[b]) != BlockDemand::kNone))
+    if (request_.origins ||
+        (!request_.budgets.limit_size() && demand.wished.of_block(blocks_[b]) != BlockDemand::kNone))
       read_[b] = 1;
   read_closed(read_);
   std::shared_lock lock = hierarchy_.lock();
   meet_new_blocks();
   update_promised(promised_changed ? met_ : newly_met_);
-  update_wished(wished_changed ? met_ : newly_met_);
-  if (request_.budgets.limit_size())
+  if (request_.budgets.limit_size()) {
     spend_budget(lock);
-  else
+  } else {
+    update_wished(0);
     move_end(std::nullopt);
+  }
   is_stale_ = false;
-  return lock;
-}
-
-// The counts are left as they are, of an earlier request: the next request that can be counted goes on from them.
-std::shared_lock<std::shared_mutex> RunningCut::find_anew() {
-  Cut found = find_cut_for(this, until_, hierarchy_, request_);
-  std::shared_lock lock = hierarchy_.lock();
-  for (std::uint32_t r = 0; r < flags_.size(); ++r)
-    if (contains(r) != (found.applied[r] != 0)) touch(r);
-  found_ = std::move(found);
-  is_found_anew_ = true;
-  is_found_whole_ = std::count(found_.missing.begin(), found_.missing.end(), 1) == 0;
-  read_ = found_.read;
-  missing_ = found_.missing;
-  is_out_of_time_ = found_.is_out_of_time;
-  stopped_by_budget_ = found_.limited_by == LimitedBy::kBudget;
   return lock;
 }
 
@@ -117,12 +87,13 @@ bool RunningCut::meet_new_blocks() {
 void RunningCut::update_promised(std::span<const std::uint32_t> which) {
   leaving_.clear();
   for (const std::uint32_t b : which) {
-    const BlockDemand now = promised_of(blocks_[b]);
+    const BlockDemand now = request_.demand.promised.of_block(blocks_[b]);
     const BlockDemand before = std::exchange(promised_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
     for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wanted = now == BlockDemand::kAll || (now == BlockDemand::kSome && is_promised(r));
+      const bool is_wanted = now == BlockDemand::kAll ||
+                             (now == BlockDemand::kSome && request_.demand.promised.wants(hierarchy_, RecordId{r}));
       if (is_wanted == ((flags_[r] & kPromised) != 0)) continue;
       flags_[r] ^= kPromised;
       if (is_wanted)
@@ -136,30 +107,30 @@ void RunningCut::update_promised(std::span<const std::uint32_t> which) {
 }
 
 void RunningCut::use(std::uint32_t r) {
-  if (promised_uses_[r]++ != 0) return;
+  if (uses_[r]++ != 0) return;
   open_.assign(1, r);
   while (!open_.empty()) {
     const std::uint32_t entered = open_.back();
     open_.pop_back();
     touch(entered);
-    promised_size_ += size_of(entered);
-    if ((flags_[entered] & kWished) != 0) candidates_[rank_of(entered).key] -= size_of(entered);
+    counted_size_ += size_of(entered);
+    if ((flags_[entered] & kWished) != 0 && !counts_wishes_) candidates_[rank_of(entered).key] -= size_of(entered);
     for (const RecordId parent : hierarchy_.content().refinement.parents(RecordId{entered}))
-      if (promised_uses_[parent.index()]++ == 0) open_.push_back(parent.index());
+      if (uses_[parent.index()]++ == 0) open_.push_back(parent.index());
   }
 }
 
 void RunningCut::release(std::uint32_t r) {
-  if (--promised_uses_[r] != 0) return;
+  if (--uses_[r] != 0) return;
   open_.assign(1, r);
   while (!open_.empty()) {
     const std::uint32_t left = open_.back();
     open_.pop_back();
     touch(left);
-    promised_size_ -= size_of(left);
-    if ((flags_[left] & kWished) != 0) candidates_[rank_of(left).key] += size_of(left);
+    counted_size_ -= size_of(left);
+    if ((flags_[left] & kWished) != 0 && !counts_wishes_) candidates_[rank_of(left).key] += size_of(left);
     for (const RecordId parent : hierarchy_.content().refinement.parents(RecordId{left}))
-      if (--promised_uses_[parent.index()] == 0) open_.push_back(parent.index());
+      if (--uses_[parent.index()] == 0) open_.push_back(parent.index());
   }
 }
 
@@ -171,9 +142,12 @@ void RunningCut::touch(std::uint32_t r) {
 
 // ---- wishes ----
 
-void RunningCut::update_wished(std::span<const std::uint32_t> which) {
-  for (const std::uint32_t b : which) {
-    const BlockDemand now = wished_of(blocks_[b]);
+void RunningCut::update_wished(OrderCode key) {
+  leaving_.clear();
+  for (const std::uint32_t b : met_) {
+    if (is_current_[b] != 0 || blocks_[b].max_order < key) continue;
+    is_current_[b] = 1;
+    const BlockDemand now = request_.demand.wished.of_block(blocks_[b]);
     const BlockDemand before = std::exchange(wished_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
@@ -182,14 +156,42 @@ void RunningCut::update_wished(std::span<const std::uint32_t> which) {
                              (now == BlockDemand::kSome && request_.demand.wished.wants(hierarchy_, RecordId{r}));
       if (is_wished == ((flags_[r] & kWished) != 0)) continue;
       flags_[r] ^= kWished;
+      if (counts_wishes_) {
+        if (!is_before_end(r)) continue;
+        if (is_wished)
+          use(r);
+        else
+          leaving_.push_back(r);
+        continue;
+      }
       touch(r);
-      if (promised_uses_[r] != 0) continue;
+      if (uses_[r] != 0) continue;
       if (is_wished)
         candidates_[rank_of(r).key] += size_of(r);
       else
         candidates_[rank_of(r).key] -= size_of(r);
     }
   }
+  for (const std::uint32_t r : leaving_)
+    release(r);
+}
+
+// Those of the next request are not counted, or not found, in the same way.
+void RunningCut::withdraw_wishes() {
+  const std::shared_lock lock = hierarchy_.lock();
+  for (const std::uint32_t b : met_)
+    for (std::uint32_t r = blocks_[b].first_record; r < blocks_[b].first_record + blocks_[b].record_count; ++r) {
+      if ((flags_[r] & kWished) == 0) continue;
+      flags_[r] ^= kWished;
+      if (!counts_wishes_)
+        touch(r);
+      else if (is_before_end(r))
+        release(r);
+    }
+  std::fill(wished_demand_.begin(), wished_demand_.end(), BlockDemand::kNone);
+  std::fill(is_current_.begin(), is_current_.end(), char{0});
+  std::fill(candidates_.begin(), candidates_.end(), AddedSize{});
+  end_.reset();
 }
 
 // ---- budgets ----
@@ -200,23 +202,23 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
   const Budget budget(hierarchy_, request_.budgets);
   by_key_.clear();
   for (std::uint32_t b = 0; b < blocks_.size(); ++b)
-    if (wished_of(blocks_[b]) != BlockDemand::kNone) by_key_.emplace_back(blocks_[b].max_order, b);
+    if (request_.demand.wished.of_block(blocks_[b]) != BlockDemand::kNone)
+      by_key_.emplace_back(blocks_[b].max_order, b);
   std::sort(by_key_.rbegin(), by_key_.rend());
-  std::uint64_t expected = budget.expected_records(promised_size_);
+  std::uint64_t expected = budget.expected_records(counted_size_);
   OrderCode reach = budget.key_of_rank(by_key_, expected);
+  // Where the last budget ended, this one is likely to end.
+  if (end_ && end_->key < reach && is_loaded_down_to(end_->key)) reach = end_->key;
   while (true) {
     lock.unlock();
     choose_blocks(reach);
     read_closed(read_);
     lock = hierarchy_.lock();
-    if (meet_new_blocks()) {
-      update_promised(newly_met_);
-      update_wished(newly_met_);
-    }
-    order_records();
-    const std::optional<BudgetRank> end = find_end(budget);
+    if (meet_new_blocks()) update_promised(newly_met_);
     const bool has_read_all =
         by_key_.empty() || reach <= by_key_.back().first || is_out_of_time_ || hierarchy_.loader().waits_for(missing_);
+    if (has_read_all) reach = 0;
+    const std::optional<BudgetRank> end = counts_wishes_ ? find_counted_end(budget, reach) : find_end(budget);
     if (has_read_all || (end && end->key >= reach)) {
       move_end(end);
       stopped_by_budget_ = end.has_value();
@@ -285,9 +287,17 @@ std::size_t RunningCut::place_of(const std::optional<BudgetRank>& rank) const {
   return static_cast<std::size_t>(found - in_order_.begin());
 }
 
-// The first candidate that does not fit on top of what is promised and of those before it.
-std::optional<BudgetRank> RunningCut::find_end(const Budget& budget) const {
-  AddedSize size = promised_size_;
+bool RunningCut::is_loaded_down_to(OrderCode key) const {
+  return std::none_of(by_key_.begin(), by_key_.end(), [&](const auto& block) {
+    return block.first >= key && hierarchy_.content().block_loaded[block.second] == 0;
+  });
+}
+
+// The first candidate that does not fit on top of what is counted and of those before it.
+std::optional<BudgetRank> RunningCut::find_end(const Budget& budget) {
+  update_wished(0);
+  order_records();
+  AddedSize size = counted_size_;
   std::size_t key = candidates_.size();
   while (key > 0) {
     AddedSize larger = size;
@@ -300,20 +310,52 @@ std::optional<BudgetRank> RunningCut::find_end(const Budget& budget) const {
   BudgetRank last{static_cast<OrderCode>(key - 1), 0, 0};
   for (std::size_t i = place_of(last); i < in_order_.size(); ++i) {
     const std::uint32_t r = in_order_[i];
-    if ((flags_[r] & kWished) == 0 || promised_uses_[r] != 0) continue;
+    if ((flags_[r] & kWished) == 0 || uses_[r] != 0) continue;
     last = rank_of(r);
     if (!budget.fits(size += size_of(r))) break;
   }
   return last;
 }
 
+// The first candidate that does not fit on top of what is counted, none when all with an order code of `reach` or more
+// do; the end is then there, or before the others.
+std::optional<BudgetRank> RunningCut::find_counted_end(const Budget& budget, OrderCode reach) {
+  std::optional<BudgetRank> last;
+  if (reach > 0) last = BudgetRank{static_cast<OrderCode>(reach - 1), 0, 0};
+  if (last && (!end_ || *last < *end_)) move_end(last);
+  update_wished(reach);
+  order_records();
+  std::size_t i = place_of(end_);
+  while (i > 0 && !budget.fits(counted_size_))
+    if (const std::uint32_t r = in_order_[--i]; (flags_[r] & kWished) != 0) release(r);
+  for (const std::size_t past = place_of(last); i < past; ++i) {
+    const std::uint32_t r = in_order_[i];
+    if ((flags_[r] & kWished) == 0) continue;
+    const bool is_larger = uses_[r] == 0;
+    use(r);
+    if (!is_larger || budget.fits(counted_size_)) continue;
+    release(r);
+    end_ = rank_of(r);
+    return end_;
+  }
+  end_ = last;
+  return std::nullopt;
+}
+
 void RunningCut::move_end(const std::optional<BudgetRank>& end) {
   if (end || end_) {
     order_records();
-    std::size_t from = place_of(end_), to = place_of(end);
-    if (from > to) std::swap(from, to);
-    for (std::size_t i = from; i < to; ++i)
-      if ((flags_[in_order_[i]] & kWished) != 0) touch(in_order_[i]);
+    const std::size_t from = place_of(end_), to = place_of(end);
+    for (std::size_t i = std::min(from, to); i < std::max(from, to); ++i) {
+      const std::uint32_t r = in_order_[i];
+      if ((flags_[r] & kWished) == 0) continue;
+      if (!counts_wishes_)
+        touch(r);
+      else if (from < to)
+        use(r);
+      else
+        release(r);
+    }
   }
   end_ = end;
 }

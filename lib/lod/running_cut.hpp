@@ -1,15 +1,16 @@
 // A cut that goes from request to request by what differs between them.
 //
 //   cut = closure over parents of { r : r is promised }   +   { r : r is wished, before the end of the budget's order }
-//         counted: r is in it while it is wanted itself       where that is closed as it is; a budget is a place in the
-//         or a child of it is in it                           order, which histograms of sizes by order code find
+//         counted: r is in it while it is wanted itself       as it is where that is closed, else counted like promises
+//         or a child of it is in it
 //
-// Wishes that are not closed (Wants::are_closed) are counted like promises; where a budget is to be spent on them, the
-// cut is found anew. Whatever the requests before, the cut is the one that find_cut finds.
+// A budget is a place in the order of all records. Of wishes that are closed (Wants::are_closed), histograms of sizes
+// by order code find it; of others it moves from where it was, record by record, until what is counted just fits.
+// Whatever the requests before, the cut is the one that find_cut finds.
 #pragma once
 
 #include "lod/budget.hpp"
-#include "lod/cut.hpp"
+#include "lod/demand.hpp"
 
 #include <chrono>
 #include <optional>
@@ -33,8 +34,7 @@ public:
   set(const ResolvedRequest& request, const std::optional<std::chrono::steady_clock::time_point>& until = std::nullopt);
 
   [[nodiscard]] bool contains(std::uint32_t r) const {
-    if (is_found_anew_) return found_.applied[r] != 0;
-    return promised_uses_[r] != 0 || ((flags_[r] & kWished) != 0 && is_before_end(r));
+    return uses_[r] != 0 || ((flags_[r] & kWished) != 0 && is_before_end(r));
   }
   /// Records that may have come in or gone out since they were last dropped from the list; each once.
   [[nodiscard]] const std::vector<std::uint32_t>& touched() const { return touched_; }
@@ -59,18 +59,13 @@ private:
   static constexpr std::uint8_t kWished = 2;   ///< of those that a budget is spent on
   static constexpr std::uint8_t kTouched = 4;  ///< in touched_
 
-  /// Whether promises and wishes are to be counted together.
-  [[nodiscard]] bool counts_wishes() const { return !request_.demand.wished.are_closed(); }
-  [[nodiscard]] BlockDemand promised_of(const file::BlockInfo& block) const;
-  [[nodiscard]] BlockDemand wished_of(const file::BlockInfo& block) const;
-  [[nodiscard]] bool is_promised(std::uint32_t r) const;
-
-  [[nodiscard]] std::shared_lock<std::shared_mutex> find_anew();
   void read_closed(BlockSet& set);
   bool meet_new_blocks();
   /// `which`: blocks that were met; all, where the request has changed.
   void update_promised(std::span<const std::uint32_t> which);
-  void update_wished(std::span<const std::uint32_t> which);
+  /// In blocks that were met, but those whose records all have smaller order codes than `key`.
+  void update_wished(OrderCode key);
+  void withdraw_wishes();
   void use(std::uint32_t r);
   void release(std::uint32_t r);
   void touch(std::uint32_t r);
@@ -78,7 +73,9 @@ private:
   void spend_budget(std::shared_lock<std::shared_mutex>& lock);
   void choose_blocks(OrderCode key);
   void order_records();
-  [[nodiscard]] std::optional<BudgetRank> find_end(const Budget& budget) const;
+  [[nodiscard]] bool is_loaded_down_to(OrderCode key) const;
+  [[nodiscard]] std::optional<BudgetRank> find_end(const Budget& budget);
+  [[nodiscard]] std::optional<BudgetRank> find_counted_end(const Budget& budget, OrderCode reach);
   void move_end(const std::optional<BudgetRank>& end);
   [[nodiscard]] std::size_t place_of(const std::optional<BudgetRank>& rank) const;
   [[nodiscard]] AddedSize size_of(std::uint32_t r) const {
@@ -103,20 +100,18 @@ private:
   std::vector<char> is_met_; ///< its records are counted in what follows
   std::vector<std::uint32_t> met_, newly_met_;
   std::vector<BlockDemand> promised_demand_, wished_demand_;
+  BlockSet is_current_; ///< its wishes are those of the last request; others have none that count beyond the end
 
   // By record.
   std::vector<std::uint8_t> flags_;
-  std::vector<std::uint32_t> promised_uses_; ///< promised itself, and children that are in the closure
+  std::vector<std::uint32_t> uses_; ///< promised itself, wished where that is counted, children that are counted
   std::vector<std::uint32_t> touched_;
-  AddedSize promised_size_;
-  std::vector<AddedSize> candidates_; ///< by order code: records that are wished and not promised
+  AddedSize counted_size_;            ///< of records with uses
+  bool counts_wishes_ = false;        ///< those before the end
+  std::vector<AddedSize> candidates_; ///< by order code: records that are wished and have no uses; not when they count
   std::optional<BudgetRank> end_; ///< the first record that the budget is not spent on; none: there is no such record
   std::vector<std::uint32_t> in_order_; ///< the records of the blocks met so far
   bool is_ordered_ = true;
-
-  bool is_found_anew_ = false;
-  bool is_found_whole_ = false; ///< and nothing was missing: the same request has the same cut
-  Cut found_;                   ///< where it is
 
   std::vector<std::uint32_t> open_, leaving_; // scratch
   BlockSet asked_for_;

@@ -233,7 +233,6 @@ TEST_CASE("a session reads as much as there is time for, and gets there") {
   }
 }
 
-// Where a budget goes with a view the cut is found anew each time.
 TEST_CASE("a session with a view and a budget reads as much as there is time for, too") {
   const LoadingSample& s = sample();
   const auto source = std::make_shared<FailingSource>(s.bytes);

@@ -363,6 +363,10 @@ TEST_CASE("a session that has seen its requests allocates nothing") {
       request.focus = {{Sphere{centre, 0.1 * info.diagonal}}};
       if (i % 3 == 0) request.field_error = {{"", {0.05 + 0.01 * (i % 7), true}}};
       if (i % 3 == 1) request.max_tets = info.tets / 3;
+      if (i % 6 == 4) {
+        request.view = View{info.box_max, {-1, -1, -1 + 0.02 * i}};
+        request.view->max_pixels = 1;
+      }
       request.origins = true;
       requests.push_back(request);
     }
@@ -381,8 +385,7 @@ TEST_CASE("a session that has seen its requests allocates nothing") {
   }
 }
 
-// A budget together with a view is searched for among all records; not where it is the last request again.
-TEST_CASE("a session does not search for the same cut twice") {
+TEST_CASE("a session that is asked the same again changes nothing, with a view and a budget too") {
   for (const Sample& sample : samples()) {
     const auto shared = Dataset::open_memory(sample.bytes);
     Request request;

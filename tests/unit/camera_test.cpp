@@ -1,4 +1,5 @@
 #include "lod/camera.hpp"
+#include "lod/region.hpp"
 
 #include <array>
 #include <cmath>
@@ -59,6 +60,28 @@ TEST_CASE("camera: a triangle with a point in the picture is never said to be ou
     CHECK(camera.depth(std::vector<Point>{a, b, c}) <= depth);
     CHECK(camera.eye_distance(std::vector<Point>{a, b, c}) <= std::sqrt(product(inside, inside)));
   }
+}
+
+TEST_CASE("camera: a box is what its corners are") {
+  View view = plain();
+  view.eye = {0.5, -1, 2};
+  view.direction = {1, 0.3, -2};
+  const Camera camera(view);
+  std::mt19937 random(7);
+  const auto number = [&](double reach) { return reach * (static_cast<double>(random() % 4097) / 2048 - 1); };
+  int seen = 0;
+  for (int i = 0; i < 20000; ++i) {
+    Box box{{number(9), number(9), number(9)}, {}};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      box.max[axis] = box.min[axis] + std::fabs(number(3));
+    const std::array<Point, 8> corners = box_corners(box.min, box.max);
+    REQUIRE(camera.meets(box) == camera.meets(corners));
+    CHECK(camera.depth(box) == Approx(camera.depth(corners)).margin(1e-12));
+    CHECK(camera.eye_distance(box) == camera.eye_distance(corners));
+    seen += camera.meets(box) ? 1 : 0;
+  }
+  CHECK(seen > 1000);
+  CHECK(seen < 19000);
 }
 
 TEST_CASE("camera: a length that is allowed never looks longer than it may") {

@@ -1,7 +1,9 @@
 // How fast a session follows a viewer: a sphere of 1% of the volume, the original inside it, moves through the domain
-// in small steps over a background of 5% of the vertices, or within an error bound. One thread; a line for each case.
+// in small steps over a background of 5% of the vertices, or within an error bound; or an eye goes around it, and
+// errors are bounded in pixels, with and without a budget. One thread; a line for each case.
 //
-//   session_bench FILE.ptet [UPDATES [SIZE_OF_A_STEP]]     a step is a fraction of the sphere's diameter
+//   session_bench FILE.ptet [UPDATES [SIZE_OF_A_STEP]]     a step is a fraction of the sphere's diameter; the eye turns
+//                                                          by a fifth of that fraction, in radians
 #include "ptet/error.hpp"
 #include "ptet/session.hpp"
 
@@ -12,6 +14,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -78,14 +81,36 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
 }
 
-void follow(const std::string& name, const std::shared_ptr<const Dataset>& data, const Path& path, Request request,
-            int updates, double step) {
-  const ptet::DatasetInfo& info = data->info();
-  const double radius = radius_of(info, 0.01);
+/// Puts into the request where the viewer is at a step.
+using Motion = std::function<void(Request&, int)>;
+
+Motion moving_sphere(const ptet::DatasetInfo& info, const Path& path, double step) {
+  return [&path, step, radius = radius_of(info, 0.01)](Request& request, int i) {
+    request.focus.assign(1, {ptet::Sphere{path.at(i * 2 * radius * step), radius}});
+  };
+}
+
+Motion circling_eye(const ptet::DatasetInfo& info, double step) {
+  return [&info, step](Request& request, int i) {
+    const double turn = 0.2 * step * i;
+    const ptet::Point from_middle = {0.7 * info.diagonal * std::cos(turn), 0.7 * info.diagonal * std::sin(turn),
+                                     0.3 * info.diagonal};
+    ptet::View view;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      view.eye[axis] = (info.box_min[axis] + info.box_max[axis]) / 2 + from_middle[axis];
+      view.direction[axis] = -from_middle[axis];
+    }
+    view.max_pixels = 1;
+    request.view = view;
+  };
+}
+
+void follow(const std::string& name, const std::shared_ptr<const Dataset>& data, const Motion& move, Request request,
+            int updates) {
   Session session(data);
   std::vector<double> milliseconds, changes, changed, tets;
   for (int i = 0; i <= updates; ++i) {
-    request.focus.assign(1, {ptet::Sphere{path.at(i * 2 * radius * step), radius}});
+    move(request, i);
     const double begin = processor_milliseconds();
     const ptet::SessionUpdate& update = session.update(request);
     const double end = processor_milliseconds();
@@ -118,18 +143,23 @@ void run(const std::string& file, int updates, double step) {
   std::printf("%d updates; processor time in milliseconds, splits and collapses, tet slots changed, tets\n", updates);
   std::printf("%-28s %8s %8s %8s %8s %8s %9s %9s %9s\n", "background", "median", "99%", "most", "median", "99%",
               "median", "99%", "median");
+  const Motion sphere = moving_sphere(info, path, step), eye = circling_eye(info, step);
   Request none;
-  follow("none", data, path, none, updates, step);
+  follow("none", data, sphere, none, updates);
   Request vertices;
   vertices.max_vertices = info.vertices / 20;
-  follow("5% of the vertices", data, path, vertices, updates, step);
+  follow("5% of the vertices", data, sphere, vertices, updates);
   // Room for the sphere and as much again: what the sphere does not take goes to the rest.
   Request tets;
   tets.max_tets = info.tets / 10;
-  follow("10% of the tets, focus in it", data, path, tets, updates, step);
+  follow("10% of the tets, focus in it", data, sphere, tets, updates);
   Request bound;
   bound.field_error.push_back({"", {0.05, true}});
-  follow("field error 5%", data, path, bound, updates, step);
+  follow("field error 5%", data, sphere, bound, updates);
+
+  follow("view, a pixel", data, eye, none, updates);
+  tets.max_tets = info.tets * 8 / 100;
+  follow("view, 8% of the tets", data, eye, tets, updates);
 
   std::vector<double> fresh;
   for (int i = 0; i < 15; ++i) {

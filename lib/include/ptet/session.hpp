@@ -71,10 +71,9 @@ public:
   /// (kBadArgument) leaves the mesh as it was. Whatever else is thrown, as for want of memory, leaves slots that must
   /// not be used before the next update, which starts over.
   /// Cost: proportional to what differs from the last request, and to the records of blocks of which the request wants
-  /// some and not others. Where a view, values or a falloff go with a budget of size, all records of such blocks are
-  /// looked at unless the request is the last one again.
-  /// Allocates memory only for that search, to read, where the mesh grows beyond what it ever was, where it is
-  /// renumbered, and where origins are asked for first.
+  /// some and not others; where a budget of size ends before them these are not looked at.
+  /// Allocates memory only to read, where the mesh grows beyond what it ever was, where it is renumbered, and where
+  /// origins are asked for first.
   const SessionUpdate& update(const Request& request);
 
   // The mesh by slots, valid until the next update. In unused slots all corners are kUnused, vertices and records none.
