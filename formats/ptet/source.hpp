@@ -4,6 +4,7 @@
 //   requests  [-----------]             [-]     where the gap between b and c is small enough
 #pragma once
 
+#include "formats/ptet/owned_mutex.hpp"
 #include "ptet/source.hpp"
 
 #include <atomic>
@@ -12,7 +13,6 @@
 #include <exception>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,7 +60,7 @@ private:
   std::shared_ptr<ByteSource> source_;
   std::uint64_t size_;
   std::uint64_t max_gap_;
-  std::mutex mutex_; ///< of the source
+  OwnedMutex mutex_; ///< of the source
   std::atomic<std::uint64_t> bytes_{0}, requests_{0};
 };
 

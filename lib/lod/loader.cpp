@@ -143,7 +143,7 @@ bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> u
 }
 
 /// The returned lock is owned unless the time was up first.
-std::unique_lock<std::timed_mutex> Loader::wait_for_others(std::optional<Clock::time_point> until,
+std::unique_lock<file::OwnedMutex> Loader::wait_for_others(std::optional<Clock::time_point> until,
                                                            Cancellation* cancellation) {
   constexpr std::chrono::milliseconds kBetweenLooks{20};
   std::unique_lock one(loading_, std::defer_lock);

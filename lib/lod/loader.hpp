@@ -12,6 +12,7 @@
 // the pins. Decoding takes the content's for some dozen records at a time, see ContentLock.
 #pragma once
 
+#include "formats/ptet/owned_mutex.hpp"
 #include "formats/ptet/reader.hpp"
 #include "lod/block_losses.hpp"
 #include "lod/block_needs.hpp"
@@ -55,6 +56,7 @@ public:
   /// asks for the loading. Takes the lock itself. Where memory is limited, to be called under a Turn. Throws
   /// std::bad_alloc, and in the background what the thread met; nothing of the file or its source. Throws
   /// Error(kCancelled) between blocks, not while the content is made anew; what was decoded until then stays.
+  /// Throws Error(kBadArgument) in a thread that loads already, when blocks are lacking.
   /// `asker`: see LoadQueue.
   void load(BlockSet& closed, Cancellation* cancellation = nullptr, const void* asker = nullptr);
   /// The same, but waits for another thread that loads no longer than `until`; then loads nothing and returns false.
@@ -84,7 +86,7 @@ public:
   void wait_until_loaded(const ProgressCallback& progress);
 
   /// While one exists, blocks loaded by its owner are not dropped. Where memory is limited there is one at a time; a
-  /// thread that loads in the background takes no heed of them.
+  /// thread that loads in the background takes no heed of them. Throws Error(kBadArgument) in its owner's thread.
   class Turn {
   public:
     explicit Turn(Loader& loader);
@@ -94,7 +96,7 @@ public:
 
   private:
     Loader& loader_;
-    std::unique_lock<std::mutex> lock_;
+    std::unique_lock<file::OwnedMutex> lock_;
   };
 
   /// Whether a thread of its own loads: nobody waits then, what is there is used.
@@ -120,7 +122,7 @@ private:
   decltype(auto) alone(F&& f);
   void spoil();
 
-  [[nodiscard]] std::unique_lock<std::timed_mutex> wait_for_others(std::optional<Clock::time_point> until,
+  [[nodiscard]] std::unique_lock<file::OwnedMutex> wait_for_others(std::optional<Clock::time_point> until,
                                                                    Cancellation* cancellation);
   /// A load() that is to be done by some time.
   struct TimedLoad {
@@ -160,9 +162,9 @@ private:
   std::uint64_t revision_ = 0;         ///< under the content's lock
   std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew; changes under the content's lock
 
-  std::mutex turn_;
+  file::OwnedMutex turn_;
   BlockSet in_use_; ///< by the owner of the turn
-  std::timed_mutex loading_;
+  file::OwnedMutex loading_;
   std::optional<StoredBlocks> stored_; ///< of who loads; where not all blocks fit
 
   mutable std::mutex pins_mutex_;

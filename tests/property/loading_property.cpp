@@ -365,6 +365,52 @@ TEST_CASE("an extraction is cancelled while it reads and while it waits for anot
   CHECK(same_mesh(dataset->extract({}), s.answers[0]));
 }
 
+TEST_CASE("a source, or a report of progress, that asks its own dataset gets an error and does not wait for itself") {
+  const LoadingSample& s = sample();
+  const file::Reader reader(file::over_memory(s.bytes));
+  std::uint64_t decoded_bytes = 0;
+  for (std::uint32_t b = 0; b < s.blocks.size(); ++b)
+    decoded_bytes += reader.decoded_bytes(b);
+  for (const bool limited : {false, true}) {
+    INFO("limited " << limited);
+    OpenOptions options;
+    if (limited) options.memory_limit = decoded_bytes / 2;
+    const auto source = std::make_shared<FailingSource>(s.bytes);
+    const auto dataset = Dataset::open(source, options);
+    int refused = 0;
+    std::uint64_t reads = 0;
+    const auto asks_again = [&] {
+      try {
+        (void)dataset->extract({});
+      } catch (const Error& error) {
+        refused += error.code() == ErrorCode::kBadArgument ? 1 : 0;
+        throw;
+      }
+    };
+    source->set([&](std::uint64_t, std::uint64_t) {
+      asks_again();
+      return false;
+    });
+    const Extraction lacking = dataset->extract({});
+    CHECK(refused > 0);
+    CHECK_FALSE(lacking.complete);
+    CHECK((limited || lacking.failures.at(0).message.find("from within") != std::string::npos));
+    source->set([](std::uint64_t, std::uint64_t) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      return false;
+    });
+    refused = 0;
+    const auto progress = [&](const Progress&) {
+      if (source->reads() > reads) asks_again();
+      return true;
+    };
+    reads = source->reads();
+    CHECK_THROWS_AS(dataset->extract({}, progress), Error);
+    CHECK(refused == 1);
+    CHECK(dataset->extract({}).complete == !limited);
+  }
+}
+
 TEST_CASE("loading that is cancelled leaves the blocks that were decoded, closed and sound") {
   const LoadingSample& s = sample();
   std::set<std::ptrdiff_t> counts;

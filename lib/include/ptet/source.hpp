@@ -19,7 +19,8 @@ public:
   /// Bytes in all; the same at every call.
   virtual std::uint64_t size() = 0;
   /// Fills all of `into` with the bytes from `offset` on; `offset + into.size() <= size()`.
-  /// When it cannot, it throws any std::exception; what it says goes into the error or BlockFailure that follows.
+  /// When it cannot, it throws any std::exception; what it says goes into the error or BlockFailure that follows. It
+  /// must not ask the dataset that it is read for: Error(kBadArgument).
   virtual void read(std::uint64_t offset, std::span<std::byte> into) = 0;
 };
 
