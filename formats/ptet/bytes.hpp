@@ -3,6 +3,7 @@
 #pragma once
 
 #include "formats/ptet/violation.hpp"
+#include "mesh/number_text.hpp"
 #include "ptet/error.hpp"
 
 #include <bit>
@@ -128,8 +129,6 @@ public:
   }
 
 private:
-  [[nodiscard]] static std::string number_text(double value);
-
   [[nodiscard]] std::uint64_t offset() const { return compressed_ ? file_offset_ : file_offset_ + position_; }
   void need(std::size_t count, std::string_view name) const {
     if (count > remaining()) fail("it ends within " + std::string(name));

@@ -4,7 +4,6 @@
 #include "formats/ptet/planes.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include <xxhash.h>
@@ -69,12 +68,6 @@ void parse_base_array(ByteReader& in, std::size_t rows, PointArray& array, const
 }
 
 } // namespace
-
-std::string ByteReader::number_text(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value);
-  return {text.data(), end.ptr};
-}
 
 const char* name_of(SectionKind kind) {
   switch (kind) {

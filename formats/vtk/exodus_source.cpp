@@ -1,4 +1,5 @@
 #include "formats/vtk/sources.hpp"
+#include "mesh/number_text.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -7,7 +8,6 @@
 #include <map>
 #include <memory>
 #include <set>
-#include <sstream>
 #include <vector>
 
 #include <vtkExodusIIReader.h>
@@ -27,12 +27,12 @@ constexpr unsigned kElementBlocks = 0;
 
 void note_time(vtkExodusIIReader& reader, int steps, ReadReport& report) {
   vtkInformation& info = *reader.GetOutputInformation(0);
-  std::ostringstream note;
-  note << "the values are those of the last of " << grouped(static_cast<std::uint64_t>(steps)) << " time steps";
+  std::string note =
+      "the values are those of the last of " + grouped(static_cast<std::uint64_t>(steps)) + " time steps";
   if (info.Has(vtkStreamingDemandDrivenPipeline::TIME_STEPS()) &&
       info.Length(vtkStreamingDemandDrivenPipeline::TIME_STEPS()) == steps)
-    note << " (time " << info.Get(vtkStreamingDemandDrivenPipeline::TIME_STEPS())[steps - 1] << ")";
-  report.notes.push_back(note.str());
+    note += " (time " + number_text(info.Get(vtkStreamingDemandDrivenPipeline::TIME_STEPS())[steps - 1]) + ")";
+  report.notes.push_back(note);
 }
 
 /// Opens the file as what it is underneath, and looks at the sizes of its tables. The Exodus library prints when this

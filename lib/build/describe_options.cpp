@@ -1,19 +1,12 @@
 #include "build/describe_options.hpp"
 
-#include <array>
-#include <charconv>
+#include "mesh/number_text.hpp"
 
 namespace ptet::build {
 namespace {
 
-std::string text_of(double value) {
-  std::array<char, 32> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
-}
-
 std::string text_of(const Bound& bound) {
-  return bound.relative ? text_of(bound.value * 100) + "%" : text_of(bound.value);
+  return bound.relative ? number_text(bound.value * 100) + "%" : number_text(bound.value);
 }
 
 } // namespace
@@ -27,15 +20,15 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
   for (const FieldBound& bound : options.max_field_error)
     described.emplace_back("max-field-error", (bound.field.empty() ? "" : bound.field + "=") + text_of(bound.bound));
   described.emplace_back("max-domain-error", text_of(options.max_domain_error));
-  described.emplace_back("target-vertices", text_of(options.target_vertices));
-  described.emplace_back("min-quality", text_of(options.min_quality));
+  described.emplace_back("target-vertices", number_text(options.target_vertices));
+  described.emplace_back("min-quality", number_text(options.min_quality));
   described.emplace_back("predict", name_of(options.prediction));
   described.emplace_back("evaluate", name_of(options.evaluation));
   // Other predictions do not ask for it.
   if (options.prediction == Prediction::kSimulate || options.prediction == Prediction::kExact)
     described.emplace_back("objective", name_of(options.objective));
   described.emplace_back("max-star", std::to_string(options.max_star));
-  described.emplace_back("round-fraction", text_of(options.round_fraction));
+  described.emplace_back("round-fraction", number_text(options.round_fraction));
   if (options.keep_order) described.emplace_back("keep-order", "yes");
   if (options.pieces > 1) described.emplace_back("pieces", std::to_string(options.pieces));
   return described;

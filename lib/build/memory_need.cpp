@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include <oneapi/tbb/info.h>
@@ -78,10 +77,11 @@ BuildCounts counted(const TetMesh& mesh, const BuildOptions& options) {
 } // namespace
 
 std::string bytes_text(std::uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof text, bytes < 1000000000 ? "%.0f MB" : "%.2f GB",
-                static_cast<double>(bytes) * (bytes < 1000000000 ? 1e-6 : 1e-9));
-  return text;
+  constexpr std::uint64_t kMega = 1000000, kGiga = 1000 * kMega;
+  const auto in = [bytes](std::uint64_t unit) { return bytes / unit + (bytes % unit >= unit / 2 ? 1 : 0); };
+  if (bytes < kGiga) return std::to_string(in(kMega)) + " MB";
+  const std::uint64_t hundredths = in(kGiga / 100);
+  return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " GB";
 }
 
 BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {

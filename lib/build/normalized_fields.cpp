@@ -4,8 +4,9 @@
 #include "ptet/error.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 namespace ptet::build {
 namespace {
@@ -76,10 +77,10 @@ Spread spread_of(const PointArray& array, const PreparedMesh& prepared, std::uin
   return spread;
 }
 
+/// With three digits, whatever locale the program has set.
 std::string short_number(double x) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", x);
-  return text.data();
+  return {text.data(), std::to_chars(text.begin(), text.end(), x, std::chars_format::general, 3).ptr};
 }
 
 /// Diagonal of the box of values over the used vertices; for one component the range.

@@ -1,5 +1,6 @@
 #include "lod/request.hpp"
 
+#include "mesh/number_text.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ bool is_finite(const Point& p) {
 void check_bound(const Bound& bound, const char* what, const std::string& name = {}) {
   if (!(bound.value >= 0) || !std::isfinite(bound.value))
     refuse_request("the bound on " + std::string(what) + (name.empty() ? "" : " '" + name + "'") + " is " +
-                   std::to_string(bound.value) + "; it must be a number that is not negative");
+                   number_text(bound.value) + "; it must be a number that is not negative");
 }
 
 // ---- regions ----
@@ -60,7 +61,7 @@ Region checked(const OrientedBox& box) {
 Region checked(const Sphere& sphere) {
   if (!is_finite(sphere.centre)) refuse_request("the centre of a focus sphere is not finite");
   if (!(sphere.radius >= 0) || !std::isfinite(sphere.radius))
-    refuse_request("the radius of a focus sphere is " + std::to_string(sphere.radius) +
+    refuse_request("the radius of a focus sphere is " + number_text(sphere.radius) +
                    "; it must be a number that is not negative");
   return sphere;
 }
@@ -165,8 +166,8 @@ Interval interval(const ValuesOfInterest& values, const file::Header& header) {
   if (std::isnan(values.min) || std::isnan(values.max))
     refuse_request("a value of interest of '" + values.field + "' is not a number");
   if (values.min > values.max || values.min == INFINITY || values.max == -INFINITY)
-    refuse_request("the interval of values of '" + values.field + "' is empty: " + std::to_string(values.min) + " to " +
-                   std::to_string(values.max));
+    refuse_request("the interval of values of '" + values.field + "' is empty: " + number_text(values.min) + " to " +
+                   number_text(values.max));
   return {governing_arrays(header)[code], code, scales(header)[code], values.min, values.max};
 }
 
@@ -178,14 +179,14 @@ Camera camera(const View& view) {
   constexpr double kParallel = 1e-9;
   if (norm(cross(*direction, *up)) < kParallel) refuse_request("the view's up is parallel to its direction");
   if (!(view.vertical_angle > 0 && view.vertical_angle < M_PI))
-    refuse_request("the vertical angle of the view is " + std::to_string(view.vertical_angle) +
+    refuse_request("the vertical angle of the view is " + number_text(view.vertical_angle) +
                    " radians; it must be above 0 and below pi");
   if (view.width == 0 || view.height == 0) refuse_request("the picture of the view has no pixels");
   if (!(view.max_pixels >= 0) || !std::isfinite(view.max_pixels))
-    refuse_request("the error of the view is " + std::to_string(view.max_pixels) +
+    refuse_request("the error of the view is " + number_text(view.max_pixels) +
                    " pixels; it must be a number that is not negative");
   if (!(view.outside >= 1))
-    refuse_request("the factor outside the view is " + std::to_string(view.outside) + "; it must be at least 1");
+    refuse_request("the factor outside the view is " + number_text(view.outside) + "; it must be at least 1");
   return Camera(view);
 }
 
@@ -210,7 +211,7 @@ Budgets budgets(const Request& request) {
   Budgets budgets{request.max_tets, request.max_vertices, request.max_bytes, {}};
   if (request.max_milliseconds) {
     if (!(*request.max_milliseconds >= 0) || !std::isfinite(*request.max_milliseconds))
-      refuse_request("the time allowed is " + std::to_string(*request.max_milliseconds) +
+      refuse_request("the time allowed is " + number_text(*request.max_milliseconds) +
                      " milliseconds; it must be a number that is not negative");
     budgets.max_seconds = *request.max_milliseconds / 1000;
   }

@@ -128,7 +128,9 @@ TEST_CASE("dataset: requests that make no sense are refused, by name") {
   CHECK(refusal([&](Request& r) { r.domain_error = Bound{inf, false}; }) != "");
   CHECK(refusal([](Request& r) { r.focus = {{Box{{0, 0, 1}, {1, 1, 0}}}}; }).find("its least z") != std::string::npos);
   CHECK(refusal([&](Request& r) { r.focus = {{Box{{0, nan, 0}, {1, 1, 1}}}}; }) != "");
-  CHECK(refusal([](Request& r) { r.focus = {{Sphere{{0, 0, 0}, -1}}}; }).find("radius") != std::string::npos);
+  CHECK(refusal([](Request& r) {
+          r.focus = {{Sphere{{0, 0, 0}, -1.5e-9}}};
+        }).find("radius of a focus sphere is -1.5e-09") != std::string::npos);
   CHECK(refusal([&](Request& r) { r.focus = {{Sphere{{inf, 0, 0}, 1}}}; }) != "");
   CHECK(refusal([](Request& r) { r.focus = {{Sphere{{0, 0, 0}, 1}, {-0.1, true}}}; }) != "");
   CHECK(refusal([](Request&) {}) == "");
