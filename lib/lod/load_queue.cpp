@@ -7,15 +7,6 @@
 #include <utility>
 
 namespace ptet {
-namespace {
-
-[[noreturn]] void refuse_orphaned() {
-  throw Error(ErrorCode::kIo, "the thread that reads in the background has stayed in the process that this one was "
-                              "forked from; open the file anew");
-}
-
-} // namespace
-
 LoadQueue::LoadQueue(Serve serve) : serve_(std::move(serve)), thread_([this] { work(); }) {}
 
 LoadQueue::~LoadQueue() {
@@ -35,8 +26,13 @@ void LoadQueue::stop() {
   has_work_.notify_all();
 }
 
+void LoadQueue::refuse_orphaned() const {
+  if (is_orphaned())
+    throw Error(ErrorCode::kIo, "the thread that reads in the background has stayed in the process that this one was "
+                                "forked from; open the file anew");
+}
+
 void LoadQueue::ask_for(const BlockSet& set, const void* asker) {
-  if (is_orphaned()) refuse_orphaned();
   {
     const std::lock_guard guard(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -102,10 +98,10 @@ void LoadQueue::forget(const Asked& asked) {
 }
 
 void LoadQueue::wait_until_done(const ProgressCallback& progress) {
+  refuse_orphaned();
   std::unique_lock guard(mutex_);
   const auto is_done = [this] { return asked_.empty(); };
   while (!is_done()) {
-    if (is_orphaned()) refuse_orphaned();
     is_done_.wait_for(guard, std::chrono::milliseconds(20), is_done);
     if (!progress) continue;
     guard.unlock();

@@ -52,9 +52,11 @@ public:
   /// The same, and waits for the part that is being served.
   void finish();
   [[nodiscard]] bool is_stopped() const { return is_stopped_; }
-  /// Whether this process was forked from the one that has the thread. Nothing is served here: what is asked for is an
-  /// Error(kIo), and the queue must be left alone, since its destructor would wait for the thread for ever.
+  /// Whether this process was forked from the one that has the thread. Whatever that held then, it holds here for ever:
+  /// no lock may be taken, and the queue must be left alone, since its destructor would wait for the thread.
   [[nodiscard]] bool is_orphaned() const { return ::getpid() != process_; }
+  /// Throws Error(kIo) then.
+  void refuse_orphaned() const;
 
 private:
   struct Request {

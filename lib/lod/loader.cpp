@@ -32,7 +32,7 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
 
 Loader::~Loader() {
   if (!queue_) return;
-  if (queue_->is_orphaned())
+  if (is_orphaned())
     (void)queue_.release(); // NOLINT(bugprone-unused-return-value): for good, see LoadQueue
   else
     queue_->finish(); // its thread looks at queue_ while it serves, so it must be there until then
@@ -41,6 +41,7 @@ Loader::~Loader() {
 // ---- locks ----
 
 std::shared_lock<std::shared_mutex> Loader::lock() const {
+  if (queue_) queue_->refuse_orphaned();
   return lock_.shared();
 }
 
@@ -79,12 +80,14 @@ Loader::Turn::~Turn() {
 }
 
 void Loader::pin(const BlockSet& set) {
+  if (is_orphaned()) return;
   const std::lock_guard guard(pins_mutex_);
   for (const std::uint32_t b : members(set))
     ++pins_[b];
 }
 
 void Loader::unpin(const BlockSet& set) {
+  if (is_orphaned()) return;
   const std::lock_guard guard(pins_mutex_);
   for (const std::uint32_t b : members(set))
     --pins_[b];
@@ -120,6 +123,7 @@ void Loader::load(BlockSet& closed, Cancellation* cancellation, const void* aske
 
 bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> until, Cancellation* cancellation,
                             const void* asker) {
+  if (queue_) queue_->refuse_orphaned();
   repair();
   bool is_there = false, is_free = true;
   {

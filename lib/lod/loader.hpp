@@ -43,7 +43,8 @@ public:
   Loader(const Loader&) = delete;
   Loader& operator=(const Loader&) = delete;
 
-  /// Hold it to look at the content. A thread must not take it twice.
+  /// Hold it to look at the content. A thread must not take it twice. Throws Error(kIo) in a process that was forked
+  /// from the one whose thread loads in the background, as do the others that take locks.
   [[nodiscard]] std::shared_lock<std::shared_mutex> lock() const;
   /// Are all of the set loaded? The lock must be held.
   [[nodiscard]] bool holds(const BlockSet& set) const;
@@ -147,6 +148,7 @@ private:
 
   [[nodiscard]] bool load_part(const BlockSet& asked);
   [[nodiscard]] bool is_stopped() const { return queue_ && queue_->is_stopped(); }
+  [[nodiscard]] bool is_orphaned() const { return queue_ && queue_->is_orphaned(); }
 
   file::Reader& reader_;
   file::Content& content_;

@@ -287,6 +287,16 @@ class Files(Case):
             (self.folder / "kept.ptet").chmod(0o444)
             self.refused(6, "build", "none.vtu", "-o", "kept.ptet", says="Permission denied")
 
+    def test_a_file_that_cannot_be_replaced_is_refused_before_the_work(self):
+        (self.folder / "none.vtu").write_bytes(b"")  # would be refused as an input
+        for name in ["elsewhere", "mounted.ptet"]:
+            (self.folder / name).write_bytes(b"")
+        if os.geteuid() != 0 or subprocess.run(["mount", "--bind", self.folder / "elsewhere", self.folder / "mounted.ptet"],
+                                               stderr=subprocess.DEVNULL, check=False).returncode != 0:
+            self.skipTest("needs the right to mount")
+        self.addCleanup(subprocess.run, ["umount", self.folder / "mounted.ptet"], check=True)
+        self.refused(6, "build", "none.vtu", "-o", "mounted.ptet", says=["mounted.ptet", "mounted there by itself"])
+
     def test_the_checkpoint_is_not_the_output_by_another_name(self):
         self.grid(2)
         (self.folder / "link.ckpt").symlink_to("a.ptet")

@@ -125,7 +125,7 @@ Wishes parse(const Arguments& arguments) {
   }
   choose_method(arguments, wishes.options);
   if (arguments.max_star) {
-    wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 8, 4096));
+    wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 8, kMostStar));
   }
   wishes.options.keep_order = arguments.keep_order;
   if (arguments.pieces) {

@@ -7,6 +7,9 @@
 
 namespace ptet::cli {
 
+/// The largest --max-star.
+inline constexpr std::uint32_t kMostStar = 4096;
+
 struct Method {
   const char* name;
   Prediction prediction;

@@ -45,8 +45,12 @@ void print_input(const BuildOutcome& outcome, std::ostream& out) {
     out << "  note      " << note << '\n';
 }
 
+std::string text_of(const Bound& bound) {
+  return bound.relative ? brief(100 * bound.value, 3) + "%" : brief(bound.value, 3);
+}
+
 /// Which option to change where a build came to an end before its target: of those that refuse collapses the one that
-/// refused most of the last. Empty where none did.
+/// refused most of the last. Empty where none refused one in twenty.
 std::string hint_of(const BuildReport& build, const BuildOptions& options) {
   struct Limit {
     CollapseStatus status;
@@ -56,15 +60,18 @@ std::string hint_of(const BuildReport& build, const BuildOptions& options) {
   const std::array<Limit, 4> limits{
       {{CollapseStatus::kStarTooLarge, "--max-star " + std::to_string(options.max_star), "larger"},
        {CollapseStatus::kQuality, "--min-quality " + brief(options.min_quality, 3), "smaller"},
-       {CollapseStatus::kDomainError, "--max-domain-error", "larger"},
+       {CollapseStatus::kDomainError, "--max-domain-error " + text_of(options.max_domain_error), "larger"},
        {CollapseStatus::kFieldError, "--max-field-error", "larger"}}};
-  const auto count = [&](CollapseStatus status) { return build.last_refusals[static_cast<std::size_t>(status)]; };
+  const auto count = [&](CollapseStatus status) {
+    const bool is_at_its_end = status == CollapseStatus::kStarTooLarge && options.max_star >= kMostStar;
+    return is_at_its_end ? 0 : build.last_refusals[static_cast<std::size_t>(status)];
+  };
   const auto most = std::max_element(limits.begin(), limits.end(),
                                      [&](const Limit& a, const Limit& b) { return count(a.status) < count(b.status); });
-  if (count(most->status) == 0) return {};
   const std::uint64_t all = std::accumulate(build.last_refusals.begin(), build.last_refusals.end(), std::uint64_t{0});
+  if (count(most->status) == 0 || count(most->status) < all / 20) return {};
   return most->option + " refused " + grouped(count(most->status)) + " of the last " + grouped(all) +
-         " collapses that were tried; a " + most->change + " one lets more go";
+         " collapses that were tried; a " + most->change + " one may let more go";
 }
 
 void print_collapses(const BuildOutcome& outcome, std::ostream& out) {

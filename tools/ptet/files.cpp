@@ -11,6 +11,8 @@
 #include <fstream>
 #include <system_error>
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace ptet::cli {
@@ -20,6 +22,21 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void cannot(const char* verb, const std::string& path, const std::string& why) {
   throw Error(ErrorCode::kIo, std::string("cannot ") + verb + " '" + path + "': " + why);
+}
+
+/// What would keep the new file from taking the place of the one that is there, said before hours of work.
+void check_replaceable(const std::string& path, const fs::path& target, const fs::path& folder) {
+  if (access(target.c_str(), W_OK) != 0) cannot("write", path, std::strerror(errno));
+  struct statx file {
+  }, around{};
+  if (statx(AT_FDCWD, target.c_str(), 0, STATX_UID, &file) != 0 ||
+      statx(AT_FDCWD, folder.c_str(), 0, STATX_UID | STATX_MODE, &around) != 0)
+    return;
+  if ((file.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0)
+    cannot("write", path, "it is mounted there by itself and cannot be replaced; give the output another name");
+  const uid_t user = geteuid();
+  if ((around.stx_mode & S_ISVTX) != 0 && user != 0 && user != file.stx_uid && user != around.stx_uid)
+    cannot("write", path, "it belongs to another user, and so does its folder, which is sticky");
 }
 
 } // namespace
@@ -61,7 +78,7 @@ std::string checked_output(const std::string& option, const std::string& path, c
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, status)) cannot("write", path, "there is no folder '" + folder.string() + "'");
   if (access(folder.c_str(), W_OK | X_OK) != 0) cannot("write", path, std::strerror(errno));
-  if (fs::exists(found) && access(target.c_str(), W_OK) != 0) cannot("write", path, std::strerror(errno));
+  if (fs::exists(found)) check_replaceable(path, target, folder);
   return target.string();
 }
 

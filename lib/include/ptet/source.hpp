@@ -48,7 +48,7 @@ struct OpenOptions {
   std::uint64_t memory_limit = 0;
   /// A thread of the dataset reads and decodes. extract() does not wait for it but answers with what is there, see
   /// LimitedBy::kLoading; only what Request::input_order takes it reads itself. A forked process does not have the
-  /// thread: there what is in memory can be extracted, and more is an Error(kIo).
+  /// thread, and every question is an Error(kIo) there: it opens the file anew.
   bool background = false;
   /// Blocks so many bytes or less apart in the file are read by one request, with what is between them. For a server
   /// that takes 50 ms to answer a request and sends 10 MB/s some 500,000 are best.
