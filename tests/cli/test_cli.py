@@ -291,7 +291,7 @@ class Files(Case):
         (self.folder / "none.vtu").write_bytes(b"")  # would be refused as an input
         for name in ["elsewhere", "mounted.ptet"]:
             (self.folder / name).write_bytes(b"")
-        if os.geteuid() != 0 or subprocess.run(["mount", "--bind", self.folder / "elsewhere", self.folder / "mounted.ptet"],
+        if os.geteuid() != 0 or subprocess.run(["mount", "--bind", "elsewhere", "mounted.ptet"], cwd=self.folder,
                                                stderr=subprocess.DEVNULL, check=False).returncode != 0:
             self.skipTest("needs the right to mount")
         self.addCleanup(subprocess.run, ["umount", self.folder / "mounted.ptet"], check=True)
