@@ -55,8 +55,7 @@ public:
   }
 
 private:
-  /// Less holds the maximum down and lets the mean square go: at 1 about a tenth and a quarter of them.
-  static constexpr double kMeanInBoth = 2;
+  static constexpr double kMeanInBoth = 0.5;
 
   double maximum_;
   double mean_;
