@@ -30,8 +30,9 @@ struct RemovedVertices::OutsideIndex {
   bgi::rtree<std::pair<IndexPoint, Vertex>, bgi::linear<16>> points;
 };
 
-RemovedVertices::RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal)
-    : positions_(positions), fields_(fields), outside_distance_sq_(1e-20 * diagonal * diagonal),
+RemovedVertices::RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal,
+                                 CoveredPoints covered)
+    : positions_(positions), fields_(fields), outside_distance_sq_(1e-20 * diagonal * diagonal), covered_(covered),
       next_(positions.size(), kNone), holder_(positions.size(), kNone), is_outside_(positions.size()),
       outside_(std::make_unique<OutsideIndex>()) {}
 
@@ -214,7 +215,7 @@ void RemovedVertices::commit(WorkingComplex& complex, std::span<const SlotId> de
     next_[held.point] = first;
     first = held.point;
     holder_[held.point] = slot;
-    if (held.outside == (is_outside_[held.point] != 0)) continue;
+    if (covered_ == CoveredPoints::kStay || held.outside == (is_outside_[held.point] != 0)) continue;
     is_outside_[held.point] = held.outside ? 1 : 0;
     const Point& p = position(held.point);
     const std::pair<IndexPoint, Vertex> entry{IndexPoint(p[0], p[1], p[2]), held.point};

@@ -17,9 +17,20 @@
 
 namespace ptet::build {
 
+/// What becomes of a point outside that a moving boundary comes to cover.
+enum class CoveredPoints {
+  /// The tet that covers it holds it: where errors are seen at these points only, that is how its own are seen. But a
+  /// mesh may leave out the collapse that covers the point and have later ones of where it was held before: what it
+  /// differs by there nobody has seen.
+  kMove,
+  /// It stays in the line of tets that hold it outside, and every mesh is within what was seen there.
+  kStay,
+};
+
 class RemovedVertices {
 public:
-  RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal);
+  RemovedVertices(const std::vector<Point>& positions, const NormalizedFields& fields, double diagonal,
+                  CoveredPoints covered);
   ~RemovedVertices();
   RemovedVertices(const RemovedVertices&) = delete;
   RemovedVertices& operator=(const RemovedVertices&) = delete;
@@ -97,6 +108,7 @@ private:
   const NormalizedFields& fields_;
   FieldSamples samples_;
   double outside_distance_sq_;
+  CoveredPoints covered_;
   std::vector<std::uint32_t> next_; ///< by point (vertices, then samples): the next one that the same tet holds
   std::vector<SlotId> holder_;      ///< by point: the tet that holds it
   std::vector<char> is_outside_;    ///< by point

@@ -8,6 +8,7 @@
 
 using namespace ptet;
 using build::CollapseCheck;
+using build::CoveredPoints;
 using build::Vertex;
 using build::test::Fixture;
 using build::test::Ghosts;
@@ -19,11 +20,12 @@ using build::test::with_field;
 namespace {
 
 struct Holding {
-  Holding(const std::vector<Point>& points, const std::vector<std::vector<double>>& values)
-      : prepared(with_field(points, values)) {}
+  Holding(const std::vector<Point>& points, const std::vector<std::vector<double>>& values,
+          CoveredPoints covered = CoveredPoints::kMove)
+      : prepared(with_field(points, values)), removed(prepared.points, fields, 4, covered) {}
   PreparedMesh prepared;
   build::NormalizedFields fields{prepared, {}};
-  build::RemovedVertices removed{prepared.points, fields, 4};
+  build::RemovedVertices removed;
   build::RemovedVertices::Simulation seen;
 
   /// Collapses, and returns the error seen as a fraction of the range.
@@ -156,4 +158,16 @@ TEST_CASE("removed: a point that is covered is let go by the tet that held it", 
   for (build::SlotId s = 0; s < f.complex.slot_count(); ++s)
     if (f.complex.slot(s).first_point != build::kNone) firsts.push_back(f.complex.slot(s).first_point);
   CHECK(firsts.size() == 1);
+}
+
+TEST_CASE("removed: a point that is covered stays with the tet that held it where that is asked", "[build][removed]") {
+  Holding h(tent_and_cover_points(), scalars({6, 100, 1, 0, 3, 0, 0.32, 8, 0, 0, 0, 0}), CoveredPoints::kStay);
+  Fixture f = tent_and_cover();
+  REQUIRE(h.collapse(f, 0, 2, true) == Approx(0.04));
+  // Of the two that the tet 7 8 9 10 covers the tip is not seen, and the vertex 6 has what it had.
+  CHECK(h.collapse(f, 6, 7, true) == Approx(0).margin(1e-12));
+  std::vector<Vertex> firsts;
+  for (build::SlotId s = 0; s < f.complex.slot_count(); ++s)
+    if (f.complex.slot(s).first_point != build::kNone) firsts.push_back(f.complex.slot(s).first_point);
+  CHECK(firsts.size() == 2);
 }

@@ -19,7 +19,7 @@ namespace {
 struct Tried {
   explicit Tried(PreparedMesh mesh)
       : scene(std::move(mesh)), exact(scene.prepared, scene.fields.view()),
-        removed(scene.points(), scene.fields, scene.diagonal),
+        removed(scene.points(), scene.fields, scene.diagonal, build::CoveredPoints::kStay),
         trial(scene.complex, scene.points(), removed, &exact, 0, 64) {}
 
   Scene scene;
