@@ -17,6 +17,12 @@ constexpr std::uint32_t kLongestWait = 5;
 constexpr float kStale = 0.5F;
 /// Heights from here on count as one when vertices are picked.
 constexpr std::uint32_t kHighest = (1U << 24U) - 1;
+/// So much counts of the root of the mean square that the quadrics see. They take the error at the vertex for that of
+/// all its tets, which is 2.2 times the root of the integral as a rule, and in places many times that.
+constexpr double kOfQuadrics = 0.3;
+/// The same where costs are measured, and predictions are what they are at least: a larger part hides collapses that
+/// cost little (at 1 exact mean squares hardly ever choose), a smaller one has more of them measured.
+constexpr double kOfQuadricsAtLeast = 0.1;
 /// So much is predicted before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kGrainsBetweenLooks = 256;
 
@@ -142,7 +148,8 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
   const double maximum = cost_.of_maximum(trial.simulate().errors());
   growth.resize(cost_.field_weight().size());
   quadrics_->squared_growth(v, target, growth);
-  const double field = std::max(maximum, cost_.of_mean(growth));
+  const double part = prediction_ == Prediction::kExact ? kOfQuadricsAtLeast : kOfQuadrics;
+  const double field = std::max(maximum, part * cost_.of_mean(growth));
   return static_cast<float>(std::max(field, quadrics_->domain_cost(v, target)) + quadrics_->length_cost(v, target));
 }
 

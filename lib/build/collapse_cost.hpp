@@ -28,7 +28,7 @@ public:
       : maximum_(objective == Objective::kRootMeanSquare ? 0.0 : 1.0),
         mean_(objective == Objective::kMaximum ? 0.0
               : objective == Objective::kBoth  ? kMeanInBoth
-                                               : 1.0),
+                                               : kMeanAlone),
         field_weight_(std::move(field_weight)) {}
 
   [[nodiscard]] const std::vector<double>& field_weight() const { return field_weight_; }
@@ -55,7 +55,10 @@ public:
   }
 
 private:
-  static constexpr double kMeanInBoth = 0.5;
+  /// Less holds the maximum down and lets the mean square go: with .5 instead, by 6% and 29%.
+  static constexpr double kMeanInBoth = 1.75;
+  /// Only what the mean square weighs against the domain error.
+  static constexpr double kMeanAlone = 16;
 
   double maximum_;
   double mean_;

@@ -16,6 +16,8 @@ namespace {
 /// An evaluation is given up once its error is so many times the round's cost: it would be put back anyway, and the
 /// factor keeps it from coming up again at once. Later, at 2, costs a tenth more time and 2% of the mean square.
 constexpr double kGiveUpAt = 1.2;
+/// What was given up comes up again at so many times what had been seen of it by then: the rest of it costs too.
+constexpr double kUnseen = 1.2;
 /// So many candidates are measured before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kMeasuredBetweenLooks = 2048;
 
@@ -81,8 +83,7 @@ std::vector<Vertex> MeasuredRounds::apart(const std::vector<Vertex>& picked, std
   return free;
 }
 
-/// The exact errors of a candidate and what it costs by them; at least kGiveUpAt times the round's cost when it was
-/// given up.
+/// The exact errors of a candidate and what it costs by them; more than the round's cost when it was given up.
 MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   const HalfEdge half_edge = candidates_.best(vs);
   const float round_cost = candidates_.round_cost();
@@ -120,9 +121,9 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
       errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known_[vs].get());
   if (collapser_.limits().passed_by(errors) || collapser_.limits().passed_by(verdict.outside))
     verdict.status = CollapseStatus::kFieldError;
-  verdict.cost = std::max(half_edge.cost, static_cast<float>(cost()));
+  verdict.cost = std::max(half_edge.cost, static_cast<float>((whole ? 1 : kUnseen) * cost()));
   // Not to be taken now, whatever is left of it in a float.
-  if (!whole) verdict.cost = std::max(static_cast<float>(enough), std::nextafter(round_cost, INFINITY));
+  if (!whole) verdict.cost = std::max(verdict.cost, std::nextafter(round_cost, INFINITY));
   if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost)
     verdict.status = collapser_.boundary().measure(vs, half_edge.target, verdict.move);
   // What is not put back does not come up again.

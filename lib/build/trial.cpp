@@ -20,24 +20,14 @@ const RemovedVertices::Simulation& Trial::simulate() {
   return simulation_;
 }
 
-/// The modified tets: first what is known, and those in which the largest errors are known, or seen.
+/// The modified tets: first those in which the largest errors were seen.
 void Trial::order_slots() {
   order_.clear();
-  for (std::size_t i = 0; i < check_.modified().size(); ++i) {
-    const Slot& slot = complex_.slot(check_.modified()[i]);
-    if (complex_.is_ghost(slot)) continue;
-    Next next{false, simulation_.error_in(check_.modified()[i]), i};
-    if (known_ != nullptr)
-      if (const std::size_t at = find_known(slot.version); at < known_->keys.size()) {
-        const std::size_t fields = known_->values.size() / known_->keys.size() / 2;
-        const auto errors = known_->values.begin() + static_cast<std::ptrdiff_t>(2 * fields * at);
-        next = {true, *std::max_element(errors, errors + static_cast<std::ptrdiff_t>(fields)), i};
-      }
-    order_.push_back(next);
-  }
-  std::sort(order_.begin(), order_.end(), [](const Next& a, const Next& b) {
-    return std::tie(b.is_known, b.worst, a.index) < std::tie(a.is_known, a.worst, b.index);
-  });
+  for (std::size_t i = 0; i < check_.modified().size(); ++i)
+    if (const SlotId s = check_.modified()[i]; !complex_.is_ghost(complex_.slot(s)))
+      order_.push_back({simulation_.error_in(s), i});
+  std::sort(order_.begin(), order_.end(),
+            [](const Next& a, const Next& b) { return std::tie(b.worst, a.index) < std::tie(a.worst, b.index); });
 }
 
 /// Drops what is known of versions that cannot be made any more.
@@ -94,6 +84,7 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
   measured_.assign(fields, 0.0);
   const std::span<double> wanted(squared, squared != nullptr ? fields : 0);
   const bool whole = exact_->measure(version, *workspace_, measured_, wanted, limit);
+  if (!whole) std::fill(wanted.begin(), wanted.end(), 0.0);
   if (known_ != nullptr) {
     if (at == known_->keys.size()) {
       known_->keys.push_back({fine.version, check_.plan().vd, whole});

@@ -44,8 +44,9 @@ public:
   /// rounding can hide of them, and lists the integrals of the squared error in `integrals`, unless that is null:
   /// modified slot x field, 0 for ghosts. Gives up, returning false, when an error passes its `limit` (one a field), or
   /// when `enough()`, which is asked after every version, is true. The order is that of the errors that were seen in
-  /// the last simulation; what has not been measured by then has integrals of 0. `known`: what was measured before, or
-  /// null; what is measured now joins it, and what has gone leaves it.
+  /// the last simulation; what has not been measured by then has integrals of 0: where it ends, and with what, does not
+  /// depend on what is known. `known`: what was measured before, or null; what is measured now joins it, and what has
+  /// gone leaves it.
   template <class Enough>
   [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals,
                              const std::vector<double>& limit, Enough&& enough, KnownVersions* known = nullptr) {
@@ -62,8 +63,7 @@ public:
 
 private:
   struct Next {
-    bool is_known;
-    double worst; ///< error of any field, so far as is known
+    double worst; ///< error of any field, so far as was seen
     std::size_t index;
   };
 

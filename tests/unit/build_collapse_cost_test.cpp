@@ -17,10 +17,11 @@ TEST_CASE("collapse cost: the greatest of the weighted maxima counts", "[build][
 TEST_CASE("collapse cost: the root of the mean square's growth is an error, and what falls costs nothing",
           "[build][cost]") {
   const CollapseCost cost(Objective::kRootMeanSquare, {2, 0.5});
-  CHECK(cost.of_mean(std::vector<double>{0.25, 0}) == 1);
-  CHECK(cost.of_mean(std::vector<double>{0.25, 16}) == 2);
+  const double one = cost.of_mean(std::vector<double>{0.25, 0});
+  CHECK(one > 0);
+  CHECK(cost.of_mean(std::vector<double>{0.25, 16}) == 2 * one);
   CHECK(cost.of_mean(std::vector<double>{-9, 0}) == 0);
-  CHECK(cost.of_mean(std::vector<double>{-9, 4}) == 1);
+  CHECK(cost.of_mean(std::vector<double>{-9, 4}) == one);
   CHECK(cost.of_maximum(std::vector<double>{0.1, 0.3}) == 0);
 }
 
