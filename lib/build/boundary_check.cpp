@@ -1,5 +1,7 @@
 #include "build/boundary_check.hpp"
 
+#include <algorithm>
+
 namespace ptet::build {
 
 CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& move) const {
@@ -10,12 +12,12 @@ CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& mo
              : CollapseStatus::kAccepted;
 }
 
-CollapseStatus BoundaryCheck::measure(Vertex vs, Vertex vd, BoundaryMove& move) const {
+CollapseStatus BoundaryCheck::measure(Vertex vs, Vertex vd, BoundaryMove& move, double enough) const {
   BoundarySurface::Workspace& workspace = workspaces_.local();
-  move.error =
-      measures_samples() ? surface_.simulate(vs, vd, workspace) : surface_.bound(vs, vd, domain_limit_, workspace);
+  move.error = measures_samples() ? surface_.simulate(vs, vd, workspace)
+                                  : surface_.bound(vs, vd, std::min(enough, domain_limit_), workspace);
   if (*move.error > domain_limit_) return CollapseStatus::kDomainError;
-  BoundarySurface::take_handover(workspace, move.handover);
+  if (*move.error <= enough) BoundarySurface::take_handover(workspace, move.handover);
   return CollapseStatus::kAccepted;
 }
 

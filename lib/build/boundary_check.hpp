@@ -7,6 +7,7 @@
 #include "build/working_complex.hpp"
 #include "ptet/build.hpp"
 
+#include <limits>
 #include <optional>
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -35,8 +36,10 @@ public:
   [[nodiscard]] bool stands(const BoundaryMove& move) const { return !surface_.has_moved(move.reach); }
 
   /// kAccepted, or kDomainError where the domain error of such a collapse is beyond the limit. It depends on the faces
-  /// around vs alone. Thread rule: const.
-  [[nodiscard]] CollapseStatus measure(Vertex vs, Vertex vd, BoundaryMove& move) const;
+  /// around vs alone. Beyond `enough` (mesh units) it may be any value between that and the error, and there is no
+  /// handover. Thread rule: const.
+  [[nodiscard]] CollapseStatus measure(Vertex vs, Vertex vd, BoundaryMove& move,
+                                       double enough = std::numeric_limits<double>::infinity()) const;
   /// Whether that is little work: samples are looked at.
   [[nodiscard]] bool measures_samples() const { return domain_error_ == DomainError::kSampled; }
 

@@ -23,6 +23,8 @@ constexpr double kOfQuadrics = 0.3;
 /// The same where costs are measured, and predictions are what they are at least: a larger part hides collapses that
 /// cost little (at 1 exact mean squares hardly ever choose), a smaller one has more of them measured.
 constexpr double kOfQuadricsAtLeast = 0.1;
+/// And of the domain error that they see.
+constexpr double kOfPlanesAtLeast = 0.5;
 /// So much is predicted before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kGrainsBetweenLooks = 256;
 
@@ -148,9 +150,10 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
   const double maximum = cost_.of_maximum(trial.simulate().errors());
   growth.resize(cost_.field_weight().size());
   quadrics_->squared_growth(v, target, growth);
-  const double part = prediction_ == Prediction::kExact ? kOfQuadricsAtLeast : kOfQuadrics;
-  const double field = std::max(maximum, part * cost_.of_mean(growth));
-  return static_cast<float>(std::max(field, quadrics_->domain_cost(v, target)) + quadrics_->length_cost(v, target));
+  const bool is_measured = prediction_ == Prediction::kExact;
+  const double mean = (is_measured ? kOfQuadricsAtLeast : kOfQuadrics) * cost_.of_mean(growth);
+  const double domain = (is_measured ? kOfPlanesAtLeast : 1.0) * quadrics_->domain_cost(v, target);
+  return static_cast<float>(std::max({maximum, mean, domain}) + quadrics_->length_cost(v, target));
 }
 
 void Candidates::predict(std::uint32_t round, const std::function<void()>& look) {

@@ -34,8 +34,10 @@ public:
 
   /// By field, of errors as fractions of the ranges.
   [[nodiscard]] std::vector<double> field_weights() const;
-  /// Of errors as fractions of the diagonal.
+  /// Of errors as fractions of the diagonal, as they are predicted.
   [[nodiscard]] double domain_weight() const;
+  /// Of errors in mesh units, as they are measured.
+  [[nodiscard]] double measured_domain_weight() const;
 
 private:
   std::vector<double> field_;

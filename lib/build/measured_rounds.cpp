@@ -122,13 +122,27 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   if (collapser_.limits().passed_by(errors) || collapser_.limits().passed_by(verdict.outside))
     verdict.status = CollapseStatus::kFieldError;
   verdict.cost = std::max(half_edge.cost, static_cast<float>((whole ? 1 : kUnseen) * cost()));
-  // Not to be taken now, whatever is left of it in a float.
-  if (!whole) verdict.cost = std::max(verdict.cost, std::nextafter(round_cost, INFINITY));
+  if (!whole) verdict.cost = std::max(verdict.cost, not_now());
   if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost)
-    verdict.status = collapser_.boundary().measure(vs, half_edge.target, verdict.move);
+    measure_domain(vs, enough, verdict);
   // What is not put back does not come up again.
   if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= round_cost) known_[vs].reset();
   return verdict;
+}
+
+/// How far a candidate moves the boundary, and what it costs by that; given up when that is more than `enough`.
+void MeasuredRounds::measure_domain(Vertex vs, double enough, Verdict& verdict) const {
+  const CollapseCost& cost = collapser_.cost();
+  const double most = cost.domain_error_at(enough);
+  verdict.status = collapser_.boundary().measure(vs, candidates_.best(vs).target, verdict.move, most);
+  const double error = *verdict.move.error;
+  verdict.cost = std::max(verdict.cost, static_cast<float>(cost.of_domain(error)));
+  if (error > most) verdict.cost = std::max(verdict.cost, not_now());
+}
+
+/// What is not to be taken in this round costs this at least, whatever is left of its cost in a float.
+float MeasuredRounds::not_now() const {
+  return std::nextafter(candidates_.round_cost(), INFINITY);
 }
 
 /// By field: the integral of the squared error over the tets that the collapse would consume.

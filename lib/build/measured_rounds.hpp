@@ -45,6 +45,8 @@ private:
 
   [[nodiscard]] std::vector<Vertex> apart(const std::vector<Vertex>& picked, std::uint32_t round);
   [[nodiscard]] Verdict measure(Vertex vs, Trial& trial);
+  void measure_domain(Vertex vs, double enough, Verdict& verdict) const;
+  [[nodiscard]] float not_now() const;
   [[nodiscard]] std::vector<double> squared_in_star(const CollapseCheck& check) const;
   [[nodiscard]] CollapseStatus collapse(Vertex vs, std::uint32_t round, Verdict& verdict);
   void record_squared_errors(const CollapseCheck& check, const std::vector<double>& integrals);

@@ -58,8 +58,15 @@ TEST_CASE("units do not matter", "[build]") {
       const Built other = scaled(factor, 1 / factor, 3 * factor);
       CHECK(std::abs(static_cast<double>(vertices_left(other)) - static_cast<double>(vertices_left(built))) <=
             0.02 * built.prepared.used_vertex_count + 3);
-      CHECK(other.report.field_error[0].second * factor == Approx(built.report.field_error[0].second).epsilon(0.25));
-      CHECK(other.report.domain_error / factor == Approx(built.report.domain_error).epsilon(0.25));
+      // Where two collapses cost the same but for rounding, that decides, and what comes after differs.
+      const std::size_t most = built.stream.size() * 3 / 4;
+      REQUIRE(other.stream.size() > most);
+      for (std::size_t i = 0; i < most; ++i) {
+        CHECK(other.stream.removed[i] == built.stream.removed[i]);
+        CHECK(other.stream.target[i] == built.stream.target[i]);
+        CHECK(other.stream.field_error[2 * i] * factor == Approx(built.stream.field_error[2 * i]).epsilon(1e-3));
+        CHECK(other.stream.domain_error[i] / factor == Approx(built.stream.domain_error[i]).epsilon(0.03));
+      }
     }
   }
 }

@@ -1,13 +1,15 @@
 // The growing square over measured errors, by hand.
 #include "build/collapse_cost.hpp"
 
+#include <limits>
+
 #include <catch2/catch.hpp>
 
 using namespace ptet;
 using build::CollapseCost;
 
 TEST_CASE("collapse cost: the greatest of the weighted maxima counts", "[build][cost]") {
-  const CollapseCost cost(Objective::kMaximum, {2, 0.5});
+  const CollapseCost cost(Objective::kMaximum, {2, 0.5}, 4);
   CHECK(cost.of_maximum(std::vector<double>{0.1, 0.3}) == 0.2);
   CHECK(cost.of_maximum(std::vector<double>{0.1, 0.8}) == 0.4);
   CHECK(cost.of_maximum(std::vector<double>{0, 0}) == 0);
@@ -16,7 +18,7 @@ TEST_CASE("collapse cost: the greatest of the weighted maxima counts", "[build][
 
 TEST_CASE("collapse cost: the root of the mean square's growth is an error, and what falls costs nothing",
           "[build][cost]") {
-  const CollapseCost cost(Objective::kRootMeanSquare, {2, 0.5});
+  const CollapseCost cost(Objective::kRootMeanSquare, {2, 0.5}, 4);
   const double one = cost.of_mean(std::vector<double>{0.25, 0});
   CHECK(one > 0);
   CHECK(cost.of_mean(std::vector<double>{0.25, 16}) == 2 * one);
@@ -26,7 +28,7 @@ TEST_CASE("collapse cost: the root of the mean square's growth is an error, and 
 }
 
 TEST_CASE("collapse cost: both axes grow with either kind of error", "[build][cost]") {
-  const CollapseCost cost(Objective::kBoth, {3});
+  const CollapseCost cost(Objective::kBoth, {3}, 4);
   CHECK(cost.of_maximum(std::vector<double>{0.5}) == 1.5);
   const double once = cost.of_mean(std::vector<double>{0.25});
   CHECK(once > 0);
@@ -34,7 +36,21 @@ TEST_CASE("collapse cost: both axes grow with either kind of error", "[build][co
 }
 
 TEST_CASE("collapse cost: without fields there is none", "[build][cost]") {
-  const CollapseCost cost(Objective::kBoth, {});
+  const CollapseCost cost(Objective::kBoth, {}, 0);
   CHECK(cost.of_maximum({}) == 0);
   CHECK(cost.of_mean({}) == 0);
+}
+
+TEST_CASE("collapse cost: a domain error costs what it weighs, less beside the mean square alone", "[build][cost]") {
+  for (const Objective objective : {Objective::kMaximum, Objective::kBoth}) {
+    const CollapseCost cost(objective, {1}, 4);
+    CHECK(cost.of_domain(0.5) == 2);
+    CHECK(cost.domain_error_at(2) == 0.5);
+  }
+  const CollapseCost alone(Objective::kRootMeanSquare, {1}, 4);
+  CHECK(alone.of_domain(0.5) < 2);
+  CHECK(alone.domain_error_at(alone.of_domain(0.5)) == Approx(0.5));
+  const CollapseCost none(Objective::kBoth, {1}, 0);
+  CHECK(none.of_domain(0.5) == 0);
+  CHECK(none.domain_error_at(2) == std::numeric_limits<double>::infinity());
 }

@@ -498,7 +498,7 @@ TEST_CASE("verification: stated errors that are not true") {
   for (std::size_t r = 0; r < records.size(); ++r)
     if (records.domain_error[r] > records.domain_error[moving]) moving = r;
   REQUIRE(records.domain_error[moving] > 0);
-  found = check(spoiled([&](RecordStream& s) { s.domain_error[moving] *= 0.25; }), 0);
+  found = check(spoiled([&](RecordStream& s) { s.domain_error[moving] *= 0.01; }), 0);
   INFO(list_of(found));
   REQUIRE(found.size() == 1);
   CHECK(find(found, "domain error is above") != nullptr);
