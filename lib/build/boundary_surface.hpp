@@ -78,9 +78,9 @@ public:
   [[nodiscard]] double simulate(Vertex vs, Vertex vd, Workspace& workspace) const;
   /// An upper bound on the distance between each face that vs -> vd would leave around vs and the part of the original
   /// boundary that it would stand for, and on the distance of its points to the original boundary; mesh units, 0 when
-  /// that is rounding. Values above `limit` are found early, and are no bounds. vs -> vd must be an edge of the surface
-  /// with faces all around vs, and the surface must have been made with kBound.
-  /// Thread rule: const; one workspace a thread. It is about the faces around vs: collapses elsewhere change nothing.
+  /// that is rounding. Values above `limit` are found early: they are not above the bound. vs -> vd must be an edge of
+  /// the surface with faces all around vs, and the surface must have been made with kBound. Thread rule: const; one
+  /// workspace a thread. It is about the faces around vs: collapses elsewhere change nothing.
   [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit, Workspace& workspace) const;
   /// Of the last simulation, or bound where there are bounds; it is taken out of the workspace.
   static void take_handover(Workspace& workspace, Handover& handover);

@@ -36,6 +36,7 @@ public:
 
   /// The part of the greatest errors, one a field.
   [[nodiscard]] double of_maximum(std::span<const double> errors) const {
+    if (maximum_ == 0) return 0; // errors may be infinite
     double worst = 0;
     for (std::size_t f = 0; f < errors.size(); ++f)
       worst = std::max(worst, field_weight_[f] * errors[f]);

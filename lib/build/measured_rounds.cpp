@@ -16,7 +16,7 @@ namespace {
 /// An evaluation is given up once its error is so many times the round's cost: it would be put back anyway, and the
 /// factor keeps it from coming up again at once. Later, at 2, costs a tenth more time and 2% of the mean square.
 constexpr double kGiveUpAt = 1.2;
-/// What was given up comes up again at so many times what had been seen of it by then: the rest of it costs too.
+/// What was given up for its fields comes up again at so many times what had been seen of it: the rest costs too.
 constexpr double kUnseen = 1.2;
 /// So many candidates are measured before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kMeasuredBetweenLooks = 2048;
@@ -39,7 +39,7 @@ MeasuredRounds::MeasuredRounds(Collapser& collapser, BuildReport& report)
       squared_scale_(squared_scales(collapser.fields(), collapser.scales().volume)),
       vertex_volume_(collapser.scales().volume / std::max<double>(1, collapser.scales().vertex_count)),
       slot_squared_(complex_.slot_count() * field_count_), known_(complex_.vertex_count()),
-      // Where errors have limits, what a measurement ends with depends on what it has seen.
+      // Where errors have limits, many measurements end at these, and nothing is known of them.
       remembers_(!collapser.limits().bound_fields()), claimed_(complex_.vertex_count() + 1) {}
 
 void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round, const std::function<void()>& look) {
@@ -122,7 +122,8 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   if (collapser_.limits().passed_by(errors) || collapser_.limits().passed_by(verdict.outside))
     verdict.status = CollapseStatus::kFieldError;
   verdict.cost = std::max(half_edge.cost, static_cast<float>((whole ? 1 : kUnseen) * cost()));
-  if (!whole) verdict.cost = std::max(verdict.cost, not_now());
+  if (!whole) verdict.cost = std::max({verdict.cost, static_cast<float>(enough), not_now()});
+  if (std::isinf(verdict.cost)) verdict.status = CollapseStatus::kFieldError;
   if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost)
     measure_domain(vs, enough, verdict);
   // What is not put back does not come up again.

@@ -3,6 +3,7 @@
 #include "build/certify.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <span>
 #include <tuple>
 
@@ -69,13 +70,12 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
     at = find_known(fine.version);
     if (at < known_->keys.size()) {
       const double* const values = &known_->values[2 * fields * at];
-      const bool whole = known_->keys[at].whole;
       measured_.assign(values, values + fields);
-      std::copy_n(values + fields, whole ? fields : 0, squared);
-      bool beyond = false;
-      for (std::size_t f = 0; f < fields; ++f)
-        beyond |= certified(measured_[f]) > limit[f];
-      if (whole || beyond) return take_in(whole);
+      // Beyond a limit a measurement ends with what it has seen by then, which is not known.
+      if (std::equal(measured_.begin(), measured_.end(), limit.begin(), std::less_equal<>())) {
+        std::copy_n(values + fields, fields, squared);
+        return take_in(true);
+      }
     }
   }
   Tet version;
@@ -85,14 +85,10 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
   const std::span<double> wanted(squared, squared != nullptr ? fields : 0);
   const bool whole = exact_->measure(version, *workspace_, measured_, wanted, limit);
   if (!whole) std::fill(wanted.begin(), wanted.end(), 0.0);
-  if (known_ != nullptr) {
-    if (at == known_->keys.size()) {
-      known_->keys.push_back({fine.version, check_.plan().vd, whole});
-      known_->values.resize(2 * fields * known_->keys.size());
-    }
-    known_->keys[at].whole = whole;
-    std::copy_n(measured_.begin(), fields, &known_->values[2 * fields * at]);
-    std::copy_n(squared, fields, &known_->values[2 * fields * at + fields]);
+  if (known_ != nullptr && whole && at == known_->keys.size()) {
+    known_->keys.push_back({fine.version, check_.plan().vd});
+    known_->values.insert(known_->values.end(), measured_.begin(), measured_.end());
+    known_->values.insert(known_->values.end(), squared, squared + fields);
   }
   return take_in(whole);
 }

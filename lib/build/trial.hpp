@@ -11,13 +11,12 @@
 
 namespace ptet::build {
 
-/// What has been measured of the versions that half-edges of one vertex would make: a version's errors do not depend on
-/// what is around it, so they hold for as long as the tets stay from which it would come.
+/// What has been measured, to the end, of the versions that half-edges of one vertex would make: a version's errors do
+/// not depend on what is around it, so they hold for as long as the tets stay from which it would come.
 struct KnownVersions {
   struct Key {
     std::uint32_t fine; ///< version that it would come from
     Vertex target;
-    bool whole; ///< else the errors are lower bounds
   };
   std::vector<Key> keys;
   std::vector<double> values; ///< for each: the errors (fractions of the ranges, one a field), the integrals

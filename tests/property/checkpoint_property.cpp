@@ -155,6 +155,15 @@ TEST_CASE("checkpoints: shapes with moving boundaries, limits, and builds that g
   }
 }
 
+// What was measured before is remembered where errors have no limits, and not kept in a checkpoint.
+TEST_CASE("checkpoints: what is remembered of measurements decides nothing", "[checkpoint]") {
+  const TetMesh mesh = test::grid({{8, 8, 7}, [](int x, int y, int) { return x != 4 || y != 3; }, 3, 4});
+  BuildOptions options = with(Prediction::kExact, Evaluation::kExact);
+  options.target_vertices = 0;
+  options.max_domain_error = {0.2, true};
+  check_goes_on(mesh, options, 12);
+}
+
 TEST_CASE("checkpoints: within an evaluation after the collapses, and of records done before", "[checkpoint]") {
   // More records than one batch of the evaluation has.
   const TetMesh mesh = test::grid({{18, 18, 18}, {}, 2, 4});

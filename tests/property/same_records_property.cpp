@@ -65,6 +65,8 @@ TEST_CASE("units do not matter", "[build]") {
         CHECK(other.stream.removed[i] == built.stream.removed[i]);
         CHECK(other.stream.target[i] == built.stream.target[i]);
         CHECK(other.stream.field_error[2 * i] * factor == Approx(built.stream.field_error[2 * i]).epsilon(1e-3));
+        CHECK(other.stream.field_error[2 * i + 1] / (3 * factor) ==
+              Approx(built.stream.field_error[2 * i + 1]).epsilon(1e-3));
         CHECK(other.stream.domain_error[i] / factor == Approx(built.stream.domain_error[i]).epsilon(0.03));
       }
     }
