@@ -1,24 +1,15 @@
 // The exact field error of a version: the maximum of |Phi - phi_t| over t and the domain, and the integral of its
 // square there; Phi is the piecewise linear field of the original mesh, phi_t the linear field of tet t.
 //
-// On the part of t in one original tet the difference is linear, so its norm is greatest at a vertex of that part. The
-// original tets near t are clipped to it, plane by plane, into tets whose volumes are products of ratios in [0, 1], so
-// nothing cancels and slivers do no harm; the vertices of the part are among the corners of these. On each the
-// difference d is linear, and
-//
-//            integral of d^2 = volume / 20 ((d0 + d1 + d2 + d3)^2 + d0^2 + d1^2 + d2^2 + d3^2)
+// The original tets near t are clipped to it (measured_parts.hpp), from where t sees their vertices (version_view.hpp).
 //
 // A flat original tet has no part in space: Phi is told by the tets with volume beside it, and the walk passes on
 // through it.
 //
-// A version so flat that rounding would tell in its barycentric coordinates is measured in numbers of twice a double's
-// digits. Where these do not tell its volume from none either, though exact predicates do, its error is bounded: by the
-// greatest difference of a value at its corners and one at a corner of an original tet whose box meets its own.
-//
-// A common offset of the values is taken out before anything is interpolated, and a difference that rounding may have
-// made is none (tolerances.hpp). The corners of t are taken in an order that depends on their places only, so that the
-// same tet, however numbered, is measured from the same differences; so are those of the original tets where the
-// version is flat, and rounding makes parts where they touch it that depend on the order.
+// A version so flat that even twice a double's digits do not tell its volume from none, though exact predicates do, is
+// not measured; its error is bounded: by the greatest difference of a value at its corners and one at a corner of an
+// original tet whose box meets its own. In those that take twice the digits the corners of the original tets, too, are
+// taken in the order of their places, for rounding makes parts where they touch that depend on the order.
 //
 // The original tets are found by walking from a corner of t, out of those that have a part in t, across faces that t
 // may meet; t is convex, so its parts hang together by faces as long as the domain does. Where the walk comes upon the
@@ -31,6 +22,7 @@
 #pragma once
 
 #include "error/channel_view.hpp"
+#include "error/version_view.hpp"
 #include "mesh/prepare.hpp"
 #include "mesh/topology.hpp"
 
@@ -56,20 +48,7 @@ public:
 
   private:
     friend class ExactFieldError;
-    /// An original vertex as a version sees it.
-    struct Row {
-      std::array<double, 4> barycentric;
-      std::uint8_t beyond = 0; ///< bits: the planes of the version that it lies on the outer side of, or on
-      std::uint8_t strictly_beyond = 0;
-    };
-    struct Mark {
-      std::uint32_t stamp = 0;
-      std::uint32_t row = 0;
-    };
-    std::vector<Mark> vertices_;      ///< by vertex: its row, where the stamp is that of the version
-    std::vector<Row> rows_;           ///< of the vertices met, in the order of meeting them
-    std::vector<double> differences_; ///< row x channel
-    std::vector<double> edges_;       ///< edge from corner 0 of the version x channel: the difference of the values
+    VersionView view_;
     std::vector<std::uint32_t> tet_stamp_;
     std::vector<std::uint32_t> queue_;
     std::vector<std::uint32_t> near_; ///< of a large star: the tets that may meet the version
@@ -93,8 +72,7 @@ public:
 
 private:
   class Walk;
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<OriginalCells> original_;
 };
 
 } // namespace ptet

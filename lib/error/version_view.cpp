@@ -1,0 +1,202 @@
+#include "error/version_view.hpp"
+
+#include "error/barycentric.hpp"
+#include "error/original_cells.hpp"
+#include "error/tolerances.hpp"
+#include "mesh/predicates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace ptet {
+using namespace vec;
+namespace {
+
+/// What rounding can make of a zero among barycentric coordinates, against the lengths and the volume they come from;
+/// in versions so flat that it would be more than kMostPlaneRounding it is taken for no more.
+constexpr double kPlaneRounding = 64 * std::numeric_limits<double>::epsilon();
+constexpr double kMostPlaneRounding = 1e-10;
+constexpr double kFlatShape = OriginalCells::kFlatShape;
+/// What is flatter than twice a double's digits can tell.
+constexpr double kFlattestShape = 1e-27;
+/// What is left of kPlaneRounding with twice the digits.
+constexpr double kFinePlaneRounding = 0x1p-94;
+/// No difference but 0 is nearer to 0: its square is one that a double holds. Far below what an error code tells.
+constexpr double kLeastDifference = 1e-140;
+
+} // namespace
+
+VersionView::VersionView(const OriginalCells& original)
+    : original_(&original), values_(original.channels.values.data()), channels_(original.channels.channels),
+      marks_(original.prepared.used_vertex_count) {}
+
+VersionView::Corners VersionView::by_place(const Tet& version) const {
+  Corners v{version[0].index(), version[1].index(), version[2].index(), version[3].index()};
+  bool turned = false;
+  const auto order = [&](std::size_t i, std::size_t j) {
+    if (!(original_->point(v[j]) < original_->point(v[i]))) return;
+    std::swap(v[i], v[j]);
+    turned = !turned;
+  };
+  order(0, 1);
+  order(2, 3);
+  order(0, 2);
+  order(1, 3);
+  order(1, 2);
+  if (turned) std::swap(v[2], v[3]);
+  return v;
+}
+
+VersionView::Shape VersionView::begin(const Tet& version) {
+  corners_ = by_place(version);
+  origin_ = original_->point(corners_[0]);
+  const Vec3 e1 = original_->point(corners_[1]) - origin_;
+  const Vec3 e2 = original_->point(corners_[2]) - origin_;
+  const Vec3 e3 = original_->point(corners_[3]) - origin_;
+  const Vec3 n1 = cross(e2, e3);
+  double det = dot(e1, n1);
+  const double lengths = norm(e1) * norm(e2) * norm(e3);
+  const double longest_sq = std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
+  is_fine_ = !(det > kFlatShape * lengths) || !std::isfinite(1 / det);
+  if (is_fine_) {
+    const Shape shape = begin_finely(lengths);
+    if (shape != Shape::kSolid) return shape;
+    det = determinant_;
+    shape_rounding_ = 0;
+    rounding_ = kFinePlaneRounding / det * longest_sq;
+  } else {
+    determinant_ = det;
+    shape_rounding_ = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
+    plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
+    rounding_ = kPlaneRounding / det * longest_sq;
+  }
+  per_length_ = {1 / norm(e1), 1 / norm(e2), 1 / norm(e3)};
+  clear();
+  add_corners();
+  return Shape::kSolid;
+}
+
+/// The same with twice the digits.
+VersionView::Shape VersionView::begin_finely(double lengths) {
+  const std::array<Point, 4> x{origin_, original_->point(corners_[1]), original_->point(corners_[2]),
+                               original_->point(corners_[3])};
+  if (orientation(x[0], x[1], x[2], x[3]) <= 0) return Shape::kFlat;
+  const FineVec3 e1 = fine_difference(x[1], origin_), e2 = fine_difference(x[2], origin_),
+                 e3 = fine_difference(x[3], origin_);
+  const FineVec3 n1 = cross(e2, e3);
+  const DoubleDouble det = dot(e1, n1);
+  if (!(det.high > kFlattestShape * lengths) || !std::isfinite(1 / det.high)) return Shape::kUntold;
+  const DoubleDouble per_det = DoubleDouble(1) / det;
+  fine_plane_ = {per_det * n1, per_det * cross(e3, e1), per_det * cross(e1, e2)};
+  determinant_ = det.high;
+  return Shape::kSolid;
+}
+
+void VersionView::clear() {
+  rows_.clear();
+  differences_.clear();
+  is_finite_ = true;
+  if (++stamp_ == 0) { // the stamps have gone round
+    std::fill(marks_.begin(), marks_.end(), Mark{});
+    stamp_ = 1;
+  }
+}
+
+void VersionView::add_corners() {
+  edges_.clear();
+  for (std::size_t i = 1; i < 4; ++i)
+    for (std::size_t c = 0; c < channels_; ++c)
+      edges_.push_back(values(corners_[i])[c] - values(corners_[0])[c]);
+  for (std::uint32_t i = 0; i < 4; ++i) { // at its own corners the version is exact
+    marks_[corners_[i]] = {stamp_, i};
+    Row& corner = rows_.emplace_back();
+    corner = {{}, static_cast<std::uint8_t>(0xF & ~(1U << i)), 0};
+    corner.barycentric[i] = 1;
+  }
+  differences_.resize(4 * channels_, 0.0);
+}
+
+/// Barycentric coordinates with twice the digits.
+std::array<DoubleDouble, 4> VersionView::fine_barycentric(std::uint32_t v) const {
+  const FineVec3 from_origin = fine_difference(original_->point(v), origin_);
+  std::array<DoubleDouble, 4> b{1};
+  for (std::size_t i = 1; i < 4; ++i) {
+    b[i] = dot(fine_plane_[i - 1], from_origin);
+    b[0] = b[0] - b[i];
+  }
+  return b;
+}
+
+double VersionView::fine_difference_at(std::uint32_t v, const std::array<DoubleDouble, 4>& b, std::size_t c) const {
+  const double at_origin = values(corners_[0])[c];
+  DoubleDouble d = difference_of(values(v)[c], at_origin);
+  for (std::size_t i = 1; i < 4; ++i)
+    d = d - b[i] * difference_of(values(corners_[i])[c], at_origin);
+  return d.rounded();
+}
+
+void VersionView::add_row(std::uint32_t v) {
+  const Vec3 from_origin = original_->point(v) - origin_;
+  std::array<DoubleDouble, 4> fine;
+  Row row{{}, 0, 0};
+  if (is_fine_) {
+    fine = fine_barycentric(v);
+    for (std::size_t i = 0; i < 4; ++i)
+      row.barycentric[i] = fine[i].rounded();
+  } else {
+    for (std::size_t i = 1; i < 4; ++i)
+      row.barycentric[i] = dot(plane_[i - 1], from_origin);
+    row.barycentric[0] = 1 - row.barycentric[1] - row.barycentric[2] - row.barycentric[3];
+  }
+  const std::array<double, 4> unrounded = row.barycentric;
+  // What lies on a plane of the version is not to be seen within: it may belong to what is on its other side, as at a
+  // crack, where the field has another value.
+  const double zero = std::min(
+      kMostPlaneRounding, rounding_ * (std::abs(from_origin[0]) + std::abs(from_origin[1]) + std::abs(from_origin[2])));
+  for (double& coordinate : row.barycentric)
+    if (std::abs(coordinate) <= zero) coordinate = 0;
+  row.beyond = static_cast<std::uint8_t>(not_positive(row.barycentric));
+  row.strictly_beyond = static_cast<std::uint8_t>(negative(row.barycentric));
+  rows_.push_back(row);
+  add_differences(v, unrounded, fine, norm(from_origin));
+}
+
+/// `b`, `fine`: the barycentric coordinates of the vertex, the latter where they have twice the digits. `length`: its
+/// distance from corner 0.
+void VersionView::add_differences(std::uint32_t v, const std::array<double, 4>& b,
+                                  const std::array<DoubleDouble, 4>& fine, double length) {
+  const double b1 = b[1];
+  const double b2 = b[2];
+  const double b3 = b[3];
+  const double* const at_v = values(v);
+  const double* const at_origin = values(corners_[0]);
+  const std::size_t begin = differences_.size();
+  differences_.resize(begin + channels_);
+  double* const differences = differences_.data() + begin;
+  const double* const e1 = edges_.data();
+  const double* const e2 = e1 + channels_;
+  const double* const e3 = e2 + channels_;
+  const auto rounding = [&](double b_i, double per_length) {
+    return kValueRounding * std::abs(b_i) + shape_rounding_ * (length * per_length + std::abs(b_i));
+  };
+  const double r1 = rounding(b1, per_length_[0]);
+  const double r2 = rounding(b2, per_length_[1]);
+  const double r3 = rounding(b3, per_length_[2]);
+  double sum = 0;
+  for (std::size_t c = 0; c < channels_; ++c) {
+    const double own = at_v[c] - at_origin[c];
+    const double t1 = b1 * e1[c];
+    const double t2 = b2 * e2[c];
+    const double t3 = b3 * e3[c];
+    const double d = is_fine_ ? fine_difference_at(v, fine, c) : own - (t1 + t2 + t3);
+    const double most =
+        kValueRounding * std::abs(own) + r1 * std::abs(e1[c]) + r2 * std::abs(e2[c]) + r3 * std::abs(e3[c]);
+    differences[c] = std::abs(d) <= most ? 0 : d + std::copysign(kLeastDifference, d);
+    sum += d;
+  }
+  is_finite_ &= std::isfinite(sum);
+}
+
+} // namespace ptet
