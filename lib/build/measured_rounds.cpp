@@ -18,6 +18,9 @@ namespace {
 constexpr double kGiveUpAt = 1.2;
 /// What was given up for its fields comes up again at so many times what had been seen of it: the rest costs too.
 constexpr double kUnseen = 1.2;
+/// What is known of versions may take up so many bytes for each vertex that is still to be removed: the records that
+/// will come of them take up more.
+constexpr std::size_t kKnownBytes = 300;
 /// So many candidates are measured before who waits is asked whether to go on: some tenths of a second of work.
 constexpr std::size_t kMeasuredBetweenLooks = 2048;
 
@@ -39,13 +42,15 @@ MeasuredRounds::MeasuredRounds(Collapser& collapser, BuildReport& report)
       squared_scale_(squared_scales(collapser.fields(), collapser.scales().volume)),
       vertex_volume_(collapser.scales().volume / std::max<double>(1, collapser.scales().vertex_count)),
       slot_squared_(complex_.slot_count() * field_count_), known_(complex_.vertex_count()),
-      // Where errors have limits, many measurements end at these, and nothing is known of them.
-      remembers_(!collapser.limits().bound_fields()), claimed_(complex_.vertex_count() + 1) {}
+      claimed_(complex_.vertex_count() + 1) {}
 
 void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round, const std::function<void()>& look) {
   const std::vector<Vertex> measured = apart(picked, round);
   std::vector<Verdict> verdicts(measured.size());
   collapser_.begin_changes();
+  // Where errors have limits, many measurements end at these, and nothing is known of them.
+  if (!collapser_.limits().bound_fields())
+    known_.set_room(kKnownBytes * (collapser_.alive_count() - collapser_.target_count()));
   for (std::size_t begin = 0; begin < measured.size(); begin += kMeasuredBetweenLooks) {
     if (begin > 0) look();
     const std::size_t end = std::min(begin + kMeasuredBetweenLooks, measured.size());
@@ -116,9 +121,8 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   std::vector<double> limit = collapser_.limits().field();
   for (std::size_t f = 0; f < field_count_; ++f)
     limit[f] = std::min(limit[f], collapser_.cost().error_at(enough, f));
-  if (remembers_ && !known_[vs]) known_[vs] = std::make_unique<KnownVersions>();
   const bool whole = trial.measure(
-      errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known_[vs].get());
+      errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known_.of(vs));
   if (collapser_.limits().passed_by(errors) || collapser_.limits().passed_by(verdict.outside))
     verdict.status = CollapseStatus::kFieldError;
   verdict.cost = std::max(half_edge.cost, static_cast<float>((whole ? 1 : kUnseen) * cost()));
@@ -127,7 +131,10 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   if (moves_boundary && verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost)
     measure_domain(vs, enough, verdict);
   // What is not put back does not come up again.
-  if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= round_cost) known_[vs].reset();
+  if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= round_cost)
+    known_.forget(vs);
+  else
+    known_.settle(vs);
   return verdict;
 }
 

@@ -13,11 +13,11 @@
 
 #include "build/checkpoint.hpp"
 #include "build/collapser.hpp"
+#include "build/known_versions.hpp"
 #include "ptet/build.hpp"
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -56,12 +56,11 @@ private:
   Candidates& candidates_;
   BuildReport& report_;
   std::size_t field_count_;
-  std::vector<double> squared_scale_;                 ///< by field
-  double vertex_volume_;                              ///< of an average vertex
-  std::vector<double> slot_squared_;                  ///< slot x field: integral of the squared error
-  std::vector<std::unique_ptr<KnownVersions>> known_; ///< by vertex: where a measured half-edge was put back
-  bool remembers_;                                    ///< whether it is kept
-  std::vector<std::uint32_t> claimed_;                ///< by vertex: the last round in which its star was to change
+  std::vector<double> squared_scale_;  ///< by field
+  double vertex_volume_;               ///< of an average vertex
+  std::vector<double> slot_squared_;   ///< slot x field: integral of the squared error
+  KnownOfVertices known_;              ///< where a measured half-edge was put back
+  std::vector<std::uint32_t> claimed_; ///< by vertex: the last round in which its star was to change
 };
 
 } // namespace ptet::build

@@ -85,7 +85,7 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
   const std::span<double> wanted(squared, squared != nullptr ? fields : 0);
   const bool whole = exact_->measure(version, *workspace_, measured_, wanted, limit);
   if (!whole) std::fill(wanted.begin(), wanted.end(), 0.0);
-  if (known_ != nullptr && whole && at == known_->keys.size()) {
+  if (known_ != nullptr && known_->takes_more && whole && at == known_->keys.size()) {
     known_->keys.push_back({fine.version, check_.plan().vd});
     known_->values.insert(known_->values.end(), measured_.begin(), measured_.end());
     known_->values.insert(known_->values.end(), squared, squared + fields);

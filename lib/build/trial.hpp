@@ -3,6 +3,7 @@
 #pragma once
 
 #include "build/collapse_check.hpp"
+#include "build/known_versions.hpp"
 #include "build/removed_vertices.hpp"
 #include "error/exact_field_error.hpp"
 
@@ -10,17 +11,6 @@
 #include <vector>
 
 namespace ptet::build {
-
-/// What has been measured, to the end, of the versions that half-edges of one vertex would make: a version's errors do
-/// not depend on what is around it, so they hold for as long as the tets stay from which it would come.
-struct KnownVersions {
-  struct Key {
-    std::uint32_t fine; ///< version that it would come from
-    Vertex target;
-  };
-  std::vector<Key> keys;
-  std::vector<double> values; ///< for each: the errors (fractions of the ranges, one a field), the integrals
-};
 
 class Trial {
 public:
@@ -44,8 +34,8 @@ public:
   /// modified slot x field, 0 for ghosts. Gives up, returning false, when an error passes its `limit` (one a field), or
   /// when `enough()`, which is asked after every version, is true. The order is that of the errors that were seen in
   /// the last simulation; what has not been measured by then has integrals of 0: where it ends, and with what, does not
-  /// depend on what is known. `known`: what was measured before, or null; what is measured now joins it, and what has
-  /// gone leaves it.
+  /// depend on what is known. `known`: what was measured before, or null; what is measured now joins it, where it takes
+  /// more, and what has gone leaves it.
   template <class Enough>
   [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals,
                              const std::vector<double>& limit, Enough&& enough, KnownVersions* known = nullptr) {

@@ -250,3 +250,39 @@ TEST_CASE("trial: what is known of versions stands for measuring them", "[build]
   REQUIRE(tried.trial.measure(believed, &integrals, no_limit, never, &known));
   CHECK(believed[0] == Approx(4 * fresh[0]));
 }
+
+TEST_CASE("known versions: they stay within their room, and nothing joins them beyond it", "[build][trial]") {
+  const auto learn = [](build::KnownVersions& known, std::size_t count) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      known.keys.push_back({i, 7});
+      known.values.insert(known.values.end(), {1.0, 2.0});
+    }
+  };
+  build::KnownOfVertices all(3);
+  CHECK(all.of(0) == nullptr); // no room yet
+  all.settle(0);
+  all.forget(0);
+  all.set_room(1000);
+  build::KnownVersions* const first = all.of(0);
+  REQUIRE(first != nullptr);
+  CHECK(first->takes_more);
+  learn(*first, 33);
+  CHECK(all.of(1) != nullptr); // what was learnt does not count before it is settled
+  all.settle(0);
+  CHECK(first->keys.capacity() == 33);
+  CHECK(first->values.capacity() == 66);
+  all.settle(0); // counts once
+  CHECK(all.of(2) != nullptr);
+  all.settle(2);
+  learn(*all.of(1), 20);
+  all.settle(1);
+  // Full: what is known is told, but takes no more.
+  CHECK(all.of(0) == first);
+  CHECK_FALSE(first->takes_more);
+  CHECK(first->keys.size() == 33);
+  all.forget(2);
+  CHECK(all.of(2) == nullptr);
+  all.forget(0);
+  CHECK(all.of(2) != nullptr);
+  CHECK(all.of(1)->takes_more);
+}
