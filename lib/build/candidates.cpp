@@ -151,9 +151,12 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
   growth.resize(cost_.field_weight().size());
   quadrics_->squared_growth(v, target, growth);
   const bool is_measured = prediction_ == Prediction::kExact;
-  const double mean = (is_measured ? kOfQuadricsAtLeast : kOfQuadrics) * cost_.of_mean(growth);
+  const double part = is_measured ? kOfQuadricsAtLeast : kOfQuadrics;
+  for (double& squared : growth)
+    squared *= part * part;
+  const double field = cost_.of_field(maximum, cost_.of_mean(growth));
   const double domain = (is_measured ? kOfPlanesAtLeast : 1.0) * quadrics_->domain_cost(v, target);
-  return static_cast<float>(std::max({maximum, mean, domain}) + quadrics_->length_cost(v, target));
+  return static_cast<float>(std::max(field, domain) + quadrics_->length_cost(v, target));
 }
 
 void Candidates::predict(std::uint32_t round, const std::function<void()>& look) {

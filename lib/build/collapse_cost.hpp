@@ -8,7 +8,9 @@
 //                  |  |      |      cost = max(w_f e_f, w_d e_d)
 //                  |__|______|___> domain error
 //
-// Source: Cignoni et al. 2000, section 4.3. The mean square joins as one more axis.
+// Source: Cignoni et al. 2000, section 4.3. The mean square joins the field's axis: where both count, that axis is the
+// root of the sum of their squares, and the corner between them is round. Of two collapses with the same maximum the
+// one that harms fewer points goes first, which a corner does not see.
 #pragma once
 
 #include "ptet/build.hpp"
@@ -30,7 +32,7 @@ public:
               : objective == Objective::kBoth  ? kMeanInBoth
                                                : kMeanAlone),
         domain_((objective == Objective::kRootMeanSquare ? kDomainBesideMean : 1.0) * domain_weight),
-        field_weight_(std::move(field_weight)) {}
+        bent_(objective == Objective::kBoth), field_weight_(std::move(field_weight)) {}
 
   [[nodiscard]] const std::vector<double>& field_weight() const { return field_weight_; }
 
@@ -52,8 +54,12 @@ public:
   [[nodiscard]] double of_mean(std::span<const double> growth) const {
     double worst = 0;
     for (std::size_t f = 0; f < growth.size(); ++f)
-      worst = std::max(worst, field_weight_[f] * std::sqrt(std::max(0.0, growth[f])));
+      worst = std::max(worst, field_weight_[f] * of_root(std::sqrt(std::max(0.0, growth[f]))));
     return mean_ * worst;
+  }
+  /// What both parts cost together; not less than either.
+  [[nodiscard]] static double of_field(double maximum, double mean) {
+    return mean == 0 ? maximum : std::sqrt(maximum * maximum + mean * mean);
   }
   /// The part of the domain error, mesh units.
   [[nodiscard]] double of_domain(double error) const { return domain_ * error; }
@@ -63,8 +69,13 @@ public:
   }
 
 private:
-  /// Less holds the maximum down and lets the mean square go: with .5 instead, by 6% and 29%.
-  static constexpr double kMeanInBoth = 1.75;
+  /// Beside the maximum the mean square counts with the power 3/4 of its root: while errors are small there is room for
+  /// the maximum, and where they are large none is left. A straight line with the same maximum leaves a mean square
+  /// that is 6% larger.
+  [[nodiscard]] double of_root(double root) const { return bent_ ? std::sqrt(root * std::sqrt(root)) : root; }
+
+  /// Less holds the maximum down and lets the mean square go. Of an error of 1% of the range it makes 1.7%.
+  static constexpr double kMeanInBoth = 0.54;
   /// Only what the mean square weighs against the domain error.
   static constexpr double kMeanAlone = 16;
   /// At 1 the mean square is 2% more, and the domain error .6 times as large.
@@ -73,6 +84,7 @@ private:
   double maximum_;
   double mean_;
   double domain_;
+  bool bent_;
   std::vector<double> field_weight_;
 };
 

@@ -115,7 +115,7 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
     for (std::size_t f = 0; f < field_count_; ++f)
       growth[f] = (growth[f] - before[f]) / vertex_volume_;
     const CollapseCost& of = collapser_.cost();
-    return std::max({of.of_maximum(errors), of.of_maximum(verdict.outside), of.of_mean(growth)});
+    return of.of_field(std::max(of.of_maximum(errors), of.of_maximum(verdict.outside)), of.of_mean(growth));
   };
   const double enough = kGiveUpAt * static_cast<double>(round_cost);
   std::vector<double> limit = collapser_.limits().field();

@@ -1,4 +1,4 @@
-// The growing square over measured errors, by hand.
+// The growing square over measured errors, and its round corner, by hand.
 #include "build/collapse_cost.hpp"
 
 #include <limits>
@@ -31,7 +31,18 @@ TEST_CASE("collapse cost: both axes grow with either kind of error", "[build][co
   CHECK(cost.of_maximum(std::vector<double>{0.5}) == 1.5);
   const double once = cost.of_mean(std::vector<double>{0.25});
   CHECK(once > 0);
-  CHECK(cost.of_mean(std::vector<double>{1}) == Approx(2 * once));
+  // With the power 3/4 of the error, which is the root of what is given.
+  CHECK(cost.of_mean(std::vector<double>{0.25 * 256}) == Approx(8 * once));
+  CHECK(CollapseCost(Objective::kBoth, {6}, 4).of_mean(std::vector<double>{0.25}) == Approx(2 * once));
+}
+
+TEST_CASE("collapse cost: the maximum and the mean square together are the root of the sum of their squares",
+          "[build][cost]") {
+  CHECK(CollapseCost::of_field(3, 4) == 5);
+  CHECK(CollapseCost::of_field(0.1, 0) == 0.1);
+  CHECK(CollapseCost::of_field(0, 0.1) == 0.1);
+  const double infinite = std::numeric_limits<double>::infinity();
+  CHECK(CollapseCost::of_field(infinite, 4) == infinite);
 }
 
 TEST_CASE("collapse cost: without fields there is none", "[build][cost]") {

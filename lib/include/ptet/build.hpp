@@ -56,7 +56,7 @@ enum class Evaluation {
 enum class Objective {
   kMaximum,        ///< the greatest
   kRootMeanSquare, ///< the mean square over the domain
-  kBoth,           ///< both: each is held to a limit of its own, and the two limits grow together (the paper's 4.3)
+  kBoth,           ///< both together, by the root of the sum of their squares
 };
 
 /// As in options and reports: "quadric", "vertices", "max".
