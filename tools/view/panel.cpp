@@ -1,5 +1,6 @@
 #include "panel.hpp"
 
+#include "ink.hpp"
 #include "to_vtk.hpp"
 
 #include <cmath>
@@ -23,9 +24,7 @@
 namespace ptet::view {
 namespace {
 
-constexpr std::array<double, 3> kInk = {0.13, 0.14, 0.16};
 constexpr std::array<double, 3> kEdge = {0.20, 0.20, 0.24};
-constexpr std::array<double, 3> kFocus = {0.00, 0.38, 0.75};
 
 /// Lines that show where a region is.
 class Outline {
@@ -111,7 +110,7 @@ Panel::Panel(vtkRenderer& renderer, vtkColorTransferFunction& colours)
   renderer.AddVolume(volume_);
 
   focus_->SetMapper(focus_mapper_);
-  focus_->GetProperty()->SetColor(kFocus[0], kFocus[1], kFocus[2]);
+  focus_->GetProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
   focus_->GetProperty()->SetLineWidth(2.5F);
   focus_->GetProperty()->LightingOff();
   focus_->PickableOff();

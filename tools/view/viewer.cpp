@@ -8,8 +8,6 @@
 #include <cmath>
 #include <span>
 
-#include <vtkBoxRepresentation.h>
-#include <vtkBoxWidget2.h>
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkCommand.h>
@@ -17,20 +15,10 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPNGWriter.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkProperty.h>
-#include <vtkProperty2D.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
-#include <vtkScalarBarActor.h>
-#include <vtkSliderRepresentation2D.h>
 #include <vtkSliderWidget.h>
-#include <vtkSphereRepresentation.h>
-#include <vtkSphereWidget2.h>
-#include <vtkTextActor.h>
-#include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
@@ -40,10 +28,6 @@ namespace {
 constexpr double kStepMs = 20; // of a step while the user waits
 constexpr int kTimerMs = 15;   // between looks for more to do
 constexpr double kRadian = 180 / 3.14159265358979323846;
-constexpr std::array<double, 3> kInk = {0.13, 0.14, 0.16};
-constexpr std::array<double, 3> kGrey = {0.62, 0.64, 0.68};
-constexpr std::array<double, 3> kAccent = {0.00, 0.38, 0.75};
-
 // The slider of the error bound: the logarithm of percents; at its left end 0, at its right end none.
 constexpr double kLeastLog = -2.25, kMostLog = 2;
 
@@ -86,47 +70,6 @@ double place_of(const Settings& settings) {
   return settings.show == Show::kIsosurface ? settings.isovalue.value_or(0) : settings.plane.offset;
 }
 
-void set_look(vtkTextProperty* text, int size) {
-  text->SetFontSize(size);
-  text->SetColor(kInk[0], kInk[1], kInk[2]);
-  text->BoldOff();
-  text->ItalicOff();
-  text->ShadowOff();
-}
-
-Point corner(vtkPolyData& data, vtkIdType row) {
-  Point p{};
-  data.GetPoints()->GetPoint(row, p.data());
-  return p;
-}
-
-Point half_way(const Point& from, const Point& to) {
-  return {(to[0] - from[0]) / 2, (to[1] - from[1]) / 2, (to[2] - from[2]) / 2};
-}
-
-/// As VTK's representation has it: eight corners, x before y before z, but those of a face in a cycle.
-Region region_of(vtkBoxRepresentation& box) {
-  vtkNew<vtkPolyData> data;
-  box.GetPolyData(data);
-  const Point first = corner(*data, 0);
-  const OrientedBox turned{
-      half_way(Point{},
-               {first[0] + corner(*data, 6)[0], first[1] + corner(*data, 6)[1], first[2] + corner(*data, 6)[2]}),
-      {half_way(first, corner(*data, 1)), half_way(first, corner(*data, 3)), half_way(first, corner(*data, 4))}};
-  double largest = 0, askew = 0;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      (i == j ? largest : askew) = std::max(i == j ? largest : askew, std::fabs(turned.half_axes[i][j]));
-  if (askew > 1e-9 * largest) return turned;
-  Box straight;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double half = std::fabs(turned.half_axes[i][i]);
-    straight.min[i] = turned.centre[i] - half;
-    straight.max[i] = turned.centre[i] + half;
-  }
-  return straight;
-}
-
 } // namespace
 
 Plane plane_across(std::size_t axis, const DatasetInfo& info) {
@@ -140,10 +83,9 @@ Viewer::Viewer(const std::shared_ptr<const Dataset>& dataset, std::string name, 
                const Look& look, bool on_screen)
     : dataset_(dataset), name_(std::move(name)), settings_(settings), look_(look), scene_(dataset),
       window_(vtkSmartPointer<vtkRenderWindow>::New()), left_(vtkSmartPointer<vtkRenderer>::New()),
-      right_(vtkSmartPointer<vtkRenderer>::New()), overlay_(vtkSmartPointer<vtkRenderer>::New()),
-      colours_(vtkSmartPointer<vtkColorTransferFunction>::New()), camera_(vtkSmartPointer<vtkCamera>::New()),
-      left_panel_(*left_, *colours_), right_panel_(*right_, *colours_), bar_(vtkSmartPointer<vtkScalarBarActor>::New()),
-      bar_title_(vtkSmartPointer<vtkTextActor>::New()), help_(vtkSmartPointer<vtkTextActor>::New()) {
+      right_(vtkSmartPointer<vtkRenderer>::New()), colours_(vtkSmartPointer<vtkColorTransferFunction>::New()),
+      camera_(vtkSmartPointer<vtkCamera>::New()), left_panel_(*left_, *colours_), right_panel_(*right_, *colours_),
+      overlay_(*colours_, look.width, look.height, help_on_keys()) {
   window_->SetNumberOfLayers(2);
   window_->SetMultiSamples(4);
   window_->SetSize(look_.width, look_.height);
@@ -153,23 +95,18 @@ Viewer::Viewer(const std::shared_ptr<const Dataset>& dataset, std::string name, 
     renderer->SetBackground(1, 1, 1);
     renderer->SetActiveCamera(camera_);
   }
-  overlay_->SetLayer(1);
-  overlay_->InteractiveOff();
   window_->AddRenderer(left_);
-  window_->AddRenderer(overlay_);
-  make_overlay();
+  window_->AddRenderer(&overlay_.renderer());
   if (on_screen) make_interactive();
   arrange_panels();
   place_camera();
 }
 
 Viewer::~Viewer() {
-  for (vtkAbstractWidget* widget :
-       {static_cast<vtkAbstractWidget*>(error_slider_.GetPointer()),
-        static_cast<vtkAbstractWidget*>(place_slider_.GetPointer()), static_cast<vtkAbstractWidget*>(box_.GetPointer()),
-        static_cast<vtkAbstractWidget*>(sphere_.GetPointer())})
-    if (widget != nullptr) widget->SetInteractor(nullptr);
   if (interactor_ == nullptr) return;
+  focus_widgets_.reset();
+  error_slider_->SetInteractor(nullptr);
+  place_slider_->SetInteractor(nullptr);
   // Window and interactor hold each other.
   interactor_->SetInteractorStyle(nullptr);
   window_->SetInteractor(nullptr);
@@ -183,65 +120,6 @@ vtkRenderWindowInteractor* Viewer::interactor() const {
   return interactor_;
 }
 
-void Viewer::make_overlay() {
-  bar_->SetLookupTable(colours_);
-  bar_->SetNumberOfLabels(5);
-  bar_->SetMaximumNumberOfColors(256);
-  bar_->SetLabelFormat("%.4g");
-  bar_->SetOrientationToHorizontal();
-  bar_->GetPositionCoordinate()->SetValue(0.36, 0.025);
-  bar_->SetWidth(0.28);
-  const double height = std::min(0.5, 48.0 / look_.height);
-  bar_->SetHeight(height);
-  bar_->UnconstrainedFontSizeOn();
-  set_look(bar_->GetLabelTextProperty(), 14);
-  overlay_->AddActor2D(bar_);
-  bar_title_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  bar_title_->SetPosition(0.5, 0.025 + height - 10.0 / look_.height);
-  set_look(bar_title_->GetTextProperty(), 16);
-  bar_title_->GetTextProperty()->SetJustificationToCentered();
-  overlay_->AddActor2D(bar_title_);
-
-  help_->SetInput(help_on_keys().c_str());
-  help_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  help_->SetPosition(std::max(0.0, 1 - 450.0 / look_.width), 0.97);
-  set_look(help_->GetTextProperty(), 14);
-  help_->GetTextProperty()->SetFontFamilyToCourier();
-  help_->GetTextProperty()->SetVerticalJustificationToTop();
-  help_->GetTextProperty()->SetBackgroundColor(1, 1, 1);
-  help_->GetTextProperty()->SetBackgroundOpacity(0.85);
-  help_->VisibilityOff();
-  overlay_->AddActor2D(help_);
-}
-
-vtkSmartPointer<vtkSliderWidget> Viewer::make_slider(double left, double right) {
-  vtkNew<vtkSliderRepresentation2D> slider;
-  slider->GetPoint1Coordinate()->SetCoordinateSystemToNormalizedViewport();
-  slider->GetPoint1Coordinate()->SetValue(left, 0.05);
-  slider->GetPoint2Coordinate()->SetCoordinateSystemToNormalizedViewport();
-  slider->GetPoint2Coordinate()->SetValue(right, 0.05);
-  slider->ShowSliderLabelOff();
-  slider->SetTubeWidth(0.004);
-  slider->SetSliderLength(0.012);
-  slider->SetSliderWidth(0.022);
-  slider->SetEndCapLength(0.003);
-  slider->SetEndCapWidth(0.012);
-  slider->SetTitleHeight(0.02);
-  set_look(slider->GetTitleProperty(), 14);
-  slider->GetTubeProperty()->SetColor(kGrey[0], kGrey[1], kGrey[2]);
-  slider->GetCapProperty()->SetColor(kGrey[0], kGrey[1], kGrey[2]);
-  slider->GetSliderProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
-  slider->GetSelectedProperty()->SetColor(kInk[0], kInk[1], kInk[2]);
-  auto widget = vtkSmartPointer<vtkSliderWidget>::New();
-  widget->SetInteractor(interactor_);
-  widget->SetDefaultRenderer(overlay_);
-  widget->SetCurrentRenderer(overlay_);
-  widget->SetRepresentation(slider);
-  widget->SetAnimationModeToJump();
-  widget->KeyPressActivationOff();
-  return widget;
-}
-
 void Viewer::make_interactive() {
   interactor_ = vtkSmartPointer<vtkRenderWindowInteractor>::New();
   interactor_->SetRenderWindow(window_);
@@ -250,42 +128,16 @@ void Viewer::make_interactive() {
   interactor_->AddObserver(vtkCommand::TimerEvent, this, &Viewer::on_timer);
   interactor_->Initialize();
 
-  error_slider_ = make_slider(0.03, 0.32);
-  place_slider_ = make_slider(0.68, 0.97);
+  error_slider_ = overlay_.make_slider(*interactor_, 0.03, 0.32);
+  place_slider_ = overlay_.make_slider(*interactor_, 0.68, 0.97);
   error_slider_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_error_slider);
   place_slider_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_place_slider);
   error_slider_->EnabledOn();
 
-  vtkNew<vtkBoxRepresentation> box;
-  box->SetPlaceFactor(1);
-  box->GetOutlineProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
-  box->GetOutlineProperty()->SetLineWidth(2.5F);
-  box->HandlesOn();
-  box_ = vtkSmartPointer<vtkBoxWidget2>::New();
-  box_->SetInteractor(interactor_);
-  box_->SetDefaultRenderer(left_);
-  box_->SetCurrentRenderer(left_);
-  box_->SetRepresentation(box);
-  box_->KeyPressActivationOff();
-  box_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_box);
-
-  vtkNew<vtkSphereRepresentation> sphere;
-  sphere->SetPlaceFactor(1);
-  sphere->SetRepresentationToWireframe();
-  sphere->HandleVisibilityOff();
-  sphere->HandleTextOff();
-  sphere->RadialLineOff();
-  sphere->GetSphereProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
-  sphere->GetSphereProperty()->LightingOff();
-  sphere->GetSelectedSphereProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
-  sphere->GetSelectedSphereProperty()->LightingOff();
-  sphere_ = vtkSmartPointer<vtkSphereWidget2>::New();
-  sphere_->SetInteractor(interactor_);
-  sphere_->SetDefaultRenderer(left_);
-  sphere_->SetCurrentRenderer(left_);
-  sphere_->SetRepresentation(sphere);
-  sphere_->KeyPressActivationOff();
-  sphere_->AddObserver(vtkCommand::InteractionEvent, this, &Viewer::on_sphere);
+  focus_widgets_ = std::make_unique<FocusWidgets>(*interactor_, *left_, [this](const Region& drawn) {
+    settings_.focus = scene_.placement().in_file(drawn);
+    step(); // the widget draws
+  });
   show_focus_widget();
 }
 
@@ -313,7 +165,9 @@ void Viewer::place_camera() {
     bounds[2 * i + 1] = high[i];
   }
   left_->ResetCamera(bounds.data());
-  camera_->Zoom(1.3);
+  // The ball around the box fits; where there is room at both sides, the box may be nearer.
+  const int* const size = window_->GetSize();
+  camera_->Zoom(std::clamp((look_.split ? 0.5 : 1.0) * size[0] / std::max(1, size[1]), 1.0, 1.3));
 }
 
 std::optional<Region> Viewer::drawn_focus() const {
@@ -365,7 +219,7 @@ void Viewer::finish() {
 void Viewer::refresh() {
   set_colours();
   left_panel_.show(scene_.frame(), settings_.show, look_.edges);
-  const bool is_dragged = interactor_ != nullptr && (box_->GetEnabled() != 0 || sphere_->GetEnabled() != 0);
+  const bool is_dragged = focus_widgets_ && focus_widgets_->is_shown();
   const std::optional<Region> focus = drawn_focus();
   left_panel_.show_focus(is_dragged ? std::nullopt : focus);
   if (look_.text) left_panel_.set_title(caption(name_, dataset_->info(), settings_, scene_.frame()));
@@ -377,8 +231,8 @@ void Viewer::refresh() {
   }
   constexpr double kMostLevels = 12;
   const bool by_level = settings_.colour.kind == ColourKind::kLevel && shown_range_.most <= kMostLevels;
-  bar_->SetNumberOfLabels(by_level ? 1 + static_cast<int>(shown_range_.most) : 5);
-  bar_title_->SetInput(name_of(settings_.colour, dataset_->info()).c_str());
+  overlay_.describe_colours(name_of(settings_.colour, dataset_->info()),
+                            by_level ? 1 + static_cast<int>(shown_range_.most) : 5);
   set_sliders();
   left_->ResetCameraClippingRange();
 }
@@ -427,11 +281,8 @@ void Viewer::set_place(double value) {
 
 void Viewer::set_sliders() {
   if (!error_slider_) return;
-  auto* const error = vtkSliderRepresentation2D::SafeDownCast(error_slider_->GetRepresentation());
-  error->SetMinimumValue(kLeastLog);
-  error->SetMaximumValue(kMostLog);
-  error->SetValue(log_of(settings_.error));
-  error->SetTitleText(("error bound: " + name_of_error(settings_.error)).c_str());
+  set_slider(*error_slider_, {kLeastLog, kMostLog}, log_of(settings_.error),
+             "error bound: " + name_of_error(settings_.error));
 
   const bool is_iso = settings_.show == Show::kIsosurface;
   const bool has_place = is_iso || settings_.show == Show::kCells || settings_.show == Show::kSlice;
@@ -439,35 +290,17 @@ void Viewer::set_sliders() {
   if ((place_slider_->GetEnabled() != 0) != (has_place && !reach.empty()))
     place_slider_->SetEnabled(has_place && !reach.empty() ? 1 : 0);
   if (!has_place || reach.empty()) return;
-  auto* const place = vtkSliderRepresentation2D::SafeDownCast(place_slider_->GetRepresentation());
-  place->SetMinimumValue(reach.least);
-  place->SetMaximumValue(reach.most);
-  place->SetValue(place_of(settings_));
-  place->SetTitleText(((is_iso ? "isovalue: " : "plane: ") + brief(place_of(settings_))).c_str());
+  set_slider(*place_slider_, reach, place_of(settings_),
+             (is_iso ? "isovalue: " : "plane: ") + brief(place_of(settings_)));
 }
 
 void Viewer::on_error_slider() {
-  settings_.error = error_at(vtkSliderRepresentation::SafeDownCast(error_slider_->GetRepresentation())->GetValue());
+  settings_.error = error_at(value_of(*error_slider_));
   step(); // the widget draws
 }
 
 void Viewer::on_place_slider() {
-  set_place(vtkSliderRepresentation::SafeDownCast(place_slider_->GetRepresentation())->GetValue());
-  step();
-}
-
-void Viewer::on_box() {
-  settings_.focus =
-      scene_.placement().in_file(region_of(*vtkBoxRepresentation::SafeDownCast(box_->GetRepresentation())));
-  step();
-}
-
-void Viewer::on_sphere() {
-  auto* const sphere = vtkSphereRepresentation::SafeDownCast(sphere_->GetRepresentation());
-  Sphere region;
-  sphere->GetCenter(region.centre.data());
-  region.radius = sphere->GetRadius();
-  settings_.focus = scene_.placement().in_file(region);
+  set_place(value_of(*place_slider_));
   step();
 }
 
@@ -482,32 +315,8 @@ void Viewer::on_key() {
   if (const std::optional<Command> command = command_of(symbol)) execute(*command);
 }
 
-// The widget that fits the region takes its place; regions of other shapes are only outlined.
 void Viewer::show_focus_widget() {
-  if (interactor_ == nullptr) return;
-  const std::optional<Region> focus = drawn_focus();
-  const bool is_box = focus && std::holds_alternative<Box>(*focus);
-  const bool is_sphere = focus && std::holds_alternative<Sphere>(*focus);
-  if (is_box) {
-    const Box& box = std::get<Box>(*focus);
-    std::array<double, 6> bounds = {box.min[0], box.max[0], box.min[1], box.max[1], box.min[2], box.max[2]};
-    box_->GetRepresentation()->PlaceWidget(bounds.data());
-  }
-  if (is_sphere) {
-    const Sphere& region = std::get<Sphere>(*focus);
-    auto* const sphere = vtkSphereRepresentation::SafeDownCast(sphere_->GetRepresentation());
-    std::array<double, 6> bounds{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      bounds[2 * i] = region.centre[i] - region.radius;
-      bounds[2 * i + 1] = region.centre[i] + region.radius;
-    }
-    sphere->PlaceWidget(bounds.data());
-    std::array<double, 3> centre = region.centre;
-    sphere->SetCenter(centre.data());
-    sphere->SetRadius(region.radius);
-  }
-  box_->SetEnabled(is_box ? 1 : 0);
-  sphere_->SetEnabled(is_sphere ? 1 : 0);
+  if (focus_widgets_) focus_widgets_->show(drawn_focus());
 }
 
 void Viewer::start_focus(bool is_box) {
@@ -581,7 +390,7 @@ void Viewer::execute(Command command) {
     break;
   case Command::kResetCamera: place_camera(); break;
   case Command::kPicture: write_picture("ptet-view.png"); return;
-  case Command::kHelp: help_->SetVisibility(help_->GetVisibility() == 0 ? 1 : 0); break;
+  case Command::kHelp: overlay_.toggle_help(); break;
   case Command::kQuit:
     if (interactor_ != nullptr) interactor_->TerminateApp();
     return;

@@ -12,7 +12,9 @@
 // screen before (a fault of VTK 9.1's event loop).
 #pragma once
 
+#include "focus_widgets.hpp"
 #include "keys.hpp"
+#include "overlay.hpp"
 #include "panel.hpp"
 #include "scene.hpp"
 
@@ -22,17 +24,12 @@
 
 #include <vtkSmartPointer.h>
 
-class vtkBoxWidget2;
 class vtkCamera;
 class vtkColorTransferFunction;
 class vtkRenderer;
 class vtkRenderWindow;
 class vtkRenderWindowInteractor;
-class vtkScalarBarActor;
-class vtkSliderRepresentation2D;
 class vtkSliderWidget;
-class vtkSphereWidget2;
-class vtkTextActor;
 
 namespace ptet::view {
 
@@ -77,9 +74,7 @@ public:
   [[nodiscard]] vtkRenderWindowInteractor* interactor() const; ///< nullptr when off-screen
 
 private:
-  void make_overlay();
   void make_interactive();
-  vtkSmartPointer<vtkSliderWidget> make_slider(double left, double right);
   void place_camera();
   void arrange_panels();
 
@@ -87,8 +82,6 @@ private:
   void on_timer();
   void on_error_slider();
   void on_place_slider();
-  void on_box();
-  void on_sphere();
 
   bool step();
   void refresh();
@@ -113,16 +106,14 @@ private:
   Range shown_range_;
 
   vtkSmartPointer<vtkRenderWindow> window_;
-  vtkSmartPointer<vtkRenderer> left_, right_, overlay_;
+  vtkSmartPointer<vtkRenderer> left_, right_;
   vtkSmartPointer<vtkColorTransferFunction> colours_;
   vtkSmartPointer<vtkCamera> camera_;
   Panel left_panel_, right_panel_;
-  vtkSmartPointer<vtkScalarBarActor> bar_;
-  vtkSmartPointer<vtkTextActor> bar_title_, help_;
+  Overlay overlay_;
   vtkSmartPointer<vtkRenderWindowInteractor> interactor_;
   vtkSmartPointer<vtkSliderWidget> error_slider_, place_slider_;
-  vtkSmartPointer<vtkBoxWidget2> box_;
-  vtkSmartPointer<vtkSphereWidget2> sphere_;
+  std::unique_ptr<FocusWidgets> focus_widgets_; ///< on a screen only
 };
 
 } // namespace ptet::view

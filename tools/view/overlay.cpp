@@ -1,0 +1,121 @@
+#include "overlay.hpp"
+
+#include "ink.hpp"
+
+#include <algorithm>
+
+#include <vtkColorTransferFunction.h>
+#include <vtkNew.h>
+#include <vtkProperty2D.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+#include <vtkScalarBarActor.h>
+#include <vtkSliderRepresentation2D.h>
+#include <vtkSliderWidget.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+
+namespace ptet::view {
+namespace {
+
+void set_look(vtkTextProperty* text, int size) {
+  text->SetFontSize(size);
+  text->SetColor(kInk[0], kInk[1], kInk[2]);
+  text->BoldOff();
+  text->ItalicOff();
+  text->ShadowOff();
+}
+
+} // namespace
+
+Overlay::Overlay(vtkColorTransferFunction& colours, int width, int height, const std::string& help)
+    : renderer_(vtkSmartPointer<vtkRenderer>::New()), bar_(vtkSmartPointer<vtkScalarBarActor>::New()),
+      title_(vtkSmartPointer<vtkTextActor>::New()), help_(vtkSmartPointer<vtkTextActor>::New()) {
+  renderer_->SetLayer(1);
+  renderer_->InteractiveOff();
+
+  bar_->SetLookupTable(&colours);
+  bar_->SetNumberOfLabels(5);
+  bar_->SetMaximumNumberOfColors(256);
+  bar_->SetLabelFormat("%.4g");
+  bar_->SetOrientationToHorizontal();
+  bar_->GetPositionCoordinate()->SetValue(0.36, 0.025);
+  bar_->SetWidth(0.28);
+  const double bar_height = std::min(0.5, 48.0 / height);
+  bar_->SetHeight(bar_height);
+  bar_->UnconstrainedFontSizeOn();
+  set_look(bar_->GetLabelTextProperty(), 14);
+  renderer_->AddActor2D(bar_);
+  title_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  title_->SetPosition(0.5, 0.025 + bar_height - 10.0 / height);
+  set_look(title_->GetTextProperty(), 16);
+  title_->GetTextProperty()->SetJustificationToCentered();
+  renderer_->AddActor2D(title_);
+
+  help_->SetInput(help.c_str());
+  help_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  help_->SetPosition(std::max(0.0, 1 - 450.0 / width), 0.97);
+  set_look(help_->GetTextProperty(), 14);
+  help_->GetTextProperty()->SetFontFamilyToCourier();
+  help_->GetTextProperty()->SetVerticalJustificationToTop();
+  help_->GetTextProperty()->SetBackgroundColor(1, 1, 1);
+  help_->GetTextProperty()->SetBackgroundOpacity(0.85);
+  help_->VisibilityOff();
+  renderer_->AddActor2D(help_);
+}
+
+vtkRenderer& Overlay::renderer() const {
+  return *renderer_;
+}
+
+void Overlay::describe_colours(const std::string& title, int labels) {
+  bar_->SetNumberOfLabels(labels);
+  title_->SetInput(title.c_str());
+}
+
+void Overlay::toggle_help() {
+  help_->SetVisibility(help_->GetVisibility() == 0 ? 1 : 0);
+}
+
+vtkSmartPointer<vtkSliderWidget> Overlay::make_slider(vtkRenderWindowInteractor& interactor, double left,
+                                                      double right) const {
+  vtkNew<vtkSliderRepresentation2D> slider;
+  slider->GetPoint1Coordinate()->SetCoordinateSystemToNormalizedViewport();
+  slider->GetPoint1Coordinate()->SetValue(left, 0.05);
+  slider->GetPoint2Coordinate()->SetCoordinateSystemToNormalizedViewport();
+  slider->GetPoint2Coordinate()->SetValue(right, 0.05);
+  slider->ShowSliderLabelOff();
+  slider->SetTubeWidth(0.004);
+  slider->SetSliderLength(0.012);
+  slider->SetSliderWidth(0.022);
+  slider->SetEndCapLength(0.003);
+  slider->SetEndCapWidth(0.012);
+  slider->SetTitleHeight(0.02);
+  set_look(slider->GetTitleProperty(), 14);
+  slider->GetTubeProperty()->SetColor(kGrey[0], kGrey[1], kGrey[2]);
+  slider->GetCapProperty()->SetColor(kGrey[0], kGrey[1], kGrey[2]);
+  slider->GetSliderProperty()->SetColor(kAccent[0], kAccent[1], kAccent[2]);
+  slider->GetSelectedProperty()->SetColor(kInk[0], kInk[1], kInk[2]);
+  auto widget = vtkSmartPointer<vtkSliderWidget>::New();
+  widget->SetInteractor(&interactor);
+  widget->SetDefaultRenderer(renderer_);
+  widget->SetCurrentRenderer(renderer_);
+  widget->SetRepresentation(slider);
+  widget->SetAnimationModeToJump();
+  widget->KeyPressActivationOff();
+  return widget;
+}
+
+void set_slider(vtkSliderWidget& slider, const Range& reach, double value, const std::string& title) {
+  auto* const shown = vtkSliderRepresentation2D::SafeDownCast(slider.GetRepresentation());
+  shown->SetMinimumValue(reach.least);
+  shown->SetMaximumValue(reach.most);
+  shown->SetValue(value);
+  shown->SetTitleText(title.c_str());
+}
+
+double value_of(vtkSliderWidget& slider) {
+  return vtkSliderRepresentation::SafeDownCast(slider.GetRepresentation())->GetValue();
+}
+
+} // namespace ptet::view
