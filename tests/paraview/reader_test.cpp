@@ -373,31 +373,44 @@ TEST_CASE("the arrays that are selected are read") {
 
 TEST_CASE("progress is told, and an abort leaves a coarser mesh that the next update finishes") {
   const auto data = Dataset::open(golden("real"));
-  const auto reader = reader_of(golden("real"));
+  const Extraction whole = data->extract({});
   double last = 0;
   std::size_t told = 0;
-  bool abort = true;
-  const Observer progress(*reader, vtkCommand::ProgressEvent, [&](void* part) {
-    const double now = *static_cast<double*>(part);
-    CHECK(now >= last);
-    CHECK(now <= 1);
-    last = now;
-    ++told;
-    if (abort) reader->AbortExecuteOn();
-  });
-  CHECK(errors_of(*reader).empty());
-  CHECK(told > 0);
-  vtkUnstructuredGrid& grid = *reader->GetOutput();
-  CHECK(grid.GetNumberOfCells() == static_cast<vtkIdType>(data->info().base_tets));
-  CHECK(scalar(grid, "complete") == 0);
-  CHECK(limited_by(grid) == "loading");
-  CHECK(scalar(grid, "error of t") == data->info().max_field_error.at(0));
+  bool abort = true, is_stopped = false;
+  // Blocks are read by another thread: where all have come before the first look there is nothing left to stop, and the
+  // mesh is the whole one.
+  for (int attempt = 0; attempt < 100 && !is_stopped; ++attempt) {
+    abort = true;
+    last = 0;
+    told = 0;
+    const auto reader = reader_of(golden("real"));
+    const Observer progress(*reader, vtkCommand::ProgressEvent, [&](void* part) {
+      const double now = *static_cast<double*>(part);
+      CHECK(now >= last);
+      CHECK(now <= 1);
+      last = now;
+      ++told;
+      if (abort) reader->AbortExecuteOn();
+    });
+    CHECK(errors_of(*reader).empty());
+    CHECK(told > 0);
+    vtkUnstructuredGrid& grid = *reader->GetOutput();
+    is_stopped = scalar(grid, "complete") == 0;
+    if (is_stopped) {
+      CHECK(grid.GetNumberOfCells() == static_cast<vtkIdType>(data->info().base_tets));
+      CHECK(limited_by(grid) == "loading");
+      CHECK(scalar(grid, "error of t") == data->info().max_field_error.at(0));
+    } else {
+      check_same(grid, whole, data->info());
+    }
 
-  abort = false;
-  last = 0;
-  reader->AbortExecuteOff();
-  CHECK(errors_of(*reader).empty());
-  check_same(grid, data->extract({}), data->info());
+    abort = false;
+    last = 0;
+    reader->AbortExecuteOff();
+    CHECK(errors_of(*reader).empty());
+    check_same(grid, whole, data->info());
+  }
+  CHECK(is_stopped);
 }
 
 TEST_CASE("one piece has it all, the others nothing") {
