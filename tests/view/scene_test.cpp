@@ -1,5 +1,6 @@
 // What the viewer draws, without a window: against brute force, and against VTK's own filters.
 #include "formats/ptet/writer.hpp"
+#include "support/file_parts.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
 #include "tools/view/caption.hpp"
@@ -8,10 +9,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <map>
-#include <stdexcept>
 #include <thread>
 
 #include <catch2/catch.hpp>
@@ -44,19 +43,6 @@ std::shared_ptr<const Dataset> dataset() {
   static const auto opened = Dataset::open_memory(content());
   return opened;
 }
-
-/// A server far away, which may go.
-class SlowSource : public ByteSource {
-public:
-  std::uint64_t size() override { return content().size(); }
-  void read(std::uint64_t offset, std::span<std::byte> into) override {
-    std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms.load()));
-    if (is_gone) throw std::runtime_error("the server has gone");
-    std::copy_n(content().begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
-  }
-  std::atomic<int> delay_ms = 0;
-  std::atomic<bool> is_gone = false;
-};
 
 Point middle() {
   const DatasetInfo& info = dataset()->info();
@@ -380,11 +366,16 @@ TEST_CASE("a scene that followed a focus shows what a new one shows") {
 }
 
 TEST_CASE("a scene does not wait for blocks, and gets there") {
-  const auto source = std::make_shared<SlowSource>();
+  std::atomic<bool> is_held = true;
+  const auto source = std::make_shared<test::FailingSource>(content());
   OpenOptions options;
   options.background = true;
   const auto slow = Dataset::open(source, options);
-  source->delay_ms = 100;
+  source->set([&](std::uint64_t, std::uint64_t) {
+    while (is_held)
+      std::this_thread::yield();
+    return false;
+  });
   Scene scene(slow);
   const Settings settings = settings_for(Show::kSurface);
   const Frame& frame = scene.step(settings);
@@ -393,22 +384,23 @@ TEST_CASE("a scene does not wait for blocks, and gets there") {
   CHECK(frame.tets == slow->info().base_tets);
   CHECK(frame.polygons.count() > 0);
   CHECK(caption("a", slow->info(), settings, frame).find("\nloading ...") != std::string::npos);
+  is_held = false;
   while (!scene.step(settings).is_complete)
     slow->wait_until_loaded();
   CHECK(frame.tets == dataset()->extract(request_of(settings)).mesh.tets.size());
 }
 
 TEST_CASE("blocks that cannot be had are told of, and not waited for") {
-  const auto source = std::make_shared<SlowSource>();
+  const auto source = std::make_shared<test::FailingSource>(content());
   const auto broken = Dataset::open(source);
-  source->is_gone = true;
+  source->set([](std::uint64_t, std::uint64_t) { return true; });
   Scene scene(broken);
   const Settings settings = settings_for(Show::kSurface);
   const Frame& frame = scene.step(settings);
   CHECK(frame.is_complete);
   CHECK(frame.limited_by == LimitedBy::kUnreadable);
   CHECK(frame.failure_code == ErrorCode::kIo);
-  CHECK(caption("a", broken->info(), settings, frame).find("the server has gone") != std::string::npos);
+  CHECK(caption("a", broken->info(), settings, frame).find("the line is dead") != std::string::npos);
 }
 
 TEST_CASE("the same again makes nothing new") {

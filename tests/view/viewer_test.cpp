@@ -1,5 +1,6 @@
 // The viewer's window under a virtual display: pictures by what must be in them, and events as a user makes them.
 #include "formats/ptet/writer.hpp"
+#include "support/file_parts.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
 #include "support/temp_folder.hpp"
@@ -172,21 +173,6 @@ private:
     events().InvokeEvent(vtkCommand::MouseMoveEvent);
   }
   std::unique_ptr<Viewer> viewer_;
-};
-
-/// A server far away.
-class SlowSource : public ByteSource {
-public:
-  explicit SlowSource(std::vector<std::byte> content) : content_(std::move(content)) {}
-  std::uint64_t size() override { return content_.size(); }
-  void read(std::uint64_t offset, std::span<std::byte> into) override {
-    std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms.load()));
-    std::copy_n(content_.begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
-  }
-  std::atomic<int> delay_ms = 0;
-
-private:
-  std::vector<std::byte> content_;
 };
 
 /// Presses q when all is there, or after very many ticks.
@@ -439,16 +425,23 @@ TEST_CASE("the focus of a tiny mesh is dragged in its own units") {
 TEST_CASE("the window opens at once, fills as blocks come, and closes", "[.loop]") {
   want_display();
   const TetMesh mesh = test::grid({{6, 5, 5}, {}, 2, 3});
-  const auto source = std::make_shared<SlowSource>(file::encode(mesh, test::simplify_naively(mesh), {}));
+  std::atomic<bool> is_held = true;
+  const auto source = std::make_shared<test::FailingSource>(file::encode(mesh, test::simplify_naively(mesh), {}));
   OpenOptions options;
   options.background = true;
   const auto slow = Dataset::open(source, options);
-  source->delay_ms = 300;
+  source->set([&](std::uint64_t, std::uint64_t) {
+    while (is_held)
+      std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return false;
+  });
   Settings settings = settings_for(Show::kSurface);
   settings.error = 0;
   Viewer viewer(slow, "a.ptet", settings, small(), true);
   CHECK(viewer.advance());
   CHECK(viewer.frame().tets < mesh.tets.size());
+  is_held = false;
   Patience patience{&viewer};
   viewer.interactor()->AddObserver(vtkCommand::TimerEvent, &patience, &Patience::on_tick);
   viewer.interact();
