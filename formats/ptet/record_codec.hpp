@@ -239,8 +239,8 @@ void RecordCodec::code_seeds(Coder& coder, BlockState& state, const Content& con
     Seed seed;
     if constexpr (Known::kWriter) seed = known.seeds[seed_versions_.size()];
     std::uint32_t rank = 0;
-    code_seed(coder, schema_, state, block, refinement, blocks_, seed, rank, r);
-    state.note(seed, rank);
+    code_seed(coder, schema_, state.seeds, block, refinement, blocks_, seed, rank, r);
+    state.seeds.note(seed, rank);
     VersionId version{seed.index};
     if (seed.source != block.needs.size() + 1) {
       const BlockInfo& home = seed.source == 0 ? block : blocks_[block.needs[seed.source - 1]];

@@ -6,6 +6,8 @@
 #include <limits>
 #include <string>
 
+#include <oneapi/tbb/parallel_for.h>
+
 namespace ptet::file {
 
 Seed SeedChoice::seed_at(const Refinement& refinement, std::uint32_t number, VersionId version, VertexId target) const {
@@ -29,55 +31,85 @@ Seed SeedChoice::seed_at(const Refinement& refinement, std::uint32_t number, Ver
   return seed;
 }
 
+void SeedChoice::choose(const std::vector<Probability>& model, std::span<const BlockState> states,
+                        const Refinement& refinement, std::span<const std::uint32_t> generation) {
+  if (seeds_.size() < generation.size()) seeds_.resize(generation.size());
+  block_begins_.clear();
+  for (std::size_t i = 0; i < generation.size(); ++i)
+    if (i == 0 || block_of_[generation[i]] != block_of_[generation[i - 1]]) block_begins_.push_back(i);
+  block_begins_.push_back(generation.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, block_begins_.size() - 1, [&](std::size_t b) {
+    const std::uint32_t number = block_of_[generation[block_begins_[b]]];
+    SeedHistory history = states[number].seeds;
+    for (std::size_t i = block_begins_[b]; i < block_begins_[b + 1]; ++i)
+      choose_for(model, number, history, refinement, RecordId{generation[i]}, seeds_[i], scratch_.local());
+  });
+}
+
 // Any version of the region will do as seed, so the cheapest is taken; where the region hangs together only through
 // places that are no manifold, one more for each part.
-std::span<const Seed> SeedChoice::choose(const BitCounter& coder, const BlockState& state, const Refinement& refinement,
-                                         RecordId r) {
+void SeedChoice::choose_for(const std::vector<Probability>& model, std::uint32_t number, SeedHistory& history,
+                            const Refinement& refinement, RecordId r, std::vector<Seed>& seeds,
+                            Scratch& scratch) const {
+  const std::uint32_t count = records_.modified_count[order_.stream_record[r.index()]];
+  seeds.clear();
+  scratch.reached.assign(count, 0);
+  for (std::uint32_t left = count; left > 0;) {
+    const Choice best = cheapest(model, number, history, refinement, r, scratch.reached);
+    seeds.push_back(best.seed);
+    history.note(best.seed, best.rank);
+    left -= reach(refinement, r, best.version, scratch);
+  }
+}
+
+/// Of those versions of the region that are not reached yet.
+SeedChoice::Choice SeedChoice::cheapest(const std::vector<Probability>& model, std::uint32_t number,
+                                        const SeedHistory& history, const Refinement& refinement, RecordId r,
+                                        const std::vector<char>& reached) const {
   const std::uint32_t record = order_.stream_record[r.index()];
   const std::uint32_t first = records_.coarse_begin[record].index();
-  const std::uint32_t count = records_.modified_count[record];
   const VertexId target = order_.file_vertex[records_.target[record].index()];
-  const BlockInfo& block = infos_[state.block];
-  seeds_.clear();
-  reached_.assign(count, 0);
-  for (std::uint32_t left = count; left > 0;) {
-    std::uint64_t best_cost = std::numeric_limits<std::uint64_t>::max();
-    std::uint32_t best = 0;
-    Seed best_seed;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (reached_[i] != 0) continue;
-      const VersionId version = match_.version_of(first + i);
-      if (version.is_none())
-        throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
-      Seed seed = seed_at(refinement, state.block, version, target);
-      BitMeter meter(coder.contexts());
-      std::uint32_t rank = 0;
-      const Seed tried = seed;
-      code_seed(meter, schema_, state, block, refinement, infos_, seed, rank, r);
-      if (meter.cost() < best_cost) {
-        best_cost = meter.cost();
-        best = i;
-        best_seed = tried;
-      }
-    }
-    seeds_.push_back(best_seed);
-    front_.assign(1, best);
-    reached_[best] = 1;
-    while (!front_.empty()) {
-      const VersionId version = match_.version_of(first + front_.back());
-      front_.pop_back();
-      --left;
-      for (std::uint32_t corner = 0; corner < 4; ++corner) {
-        const VersionId behind = refinement.neighbour(version, corner);
-        if (refinement.vertices(version)[corner] == target || behind.is_none()) continue;
-        const std::uint32_t next = match_.stream_of(behind) - first;
-        if (next >= count || reached_[next] != 0) continue;
-        reached_[next] = 1;
-        front_.push_back(next);
-      }
+  std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+  Choice best{};
+  for (std::uint32_t i = 0; i < reached.size(); ++i) {
+    if (reached[i] != 0) continue;
+    const VersionId version = match_.version_of(first + i);
+    if (version.is_none()) throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
+    const Seed tried = seed_at(refinement, number, version, target);
+    BitMeter meter(model);
+    Seed seed = tried;
+    std::uint32_t rank = 0;
+    code_seed(meter, schema_, history, infos_[number], refinement, infos_, seed, rank, r);
+    if (meter.cost() >= least) continue;
+    least = meter.cost();
+    best = {i, tried, rank};
+  }
+  return best;
+}
+
+/// Goes from a version of the region to all that hang together with it; returns how many these are.
+std::uint32_t SeedChoice::reach(const Refinement& refinement, RecordId r, std::uint32_t version,
+                                Scratch& scratch) const {
+  const std::uint32_t record = order_.stream_record[r.index()];
+  const std::uint32_t first = records_.coarse_begin[record].index();
+  const VertexId target = order_.file_vertex[records_.target[record].index()];
+  std::uint32_t count = 0;
+  scratch.front.assign(1, version);
+  scratch.reached[version] = 1;
+  while (!scratch.front.empty()) {
+    const VersionId at = match_.version_of(first + scratch.front.back());
+    scratch.front.pop_back();
+    ++count;
+    for (std::uint32_t corner = 0; corner < 4; ++corner) {
+      const VersionId behind = refinement.neighbour(at, corner);
+      if (refinement.vertices(at)[corner] == target || behind.is_none()) continue;
+      const std::uint32_t next = match_.stream_of(behind) - first;
+      if (next >= scratch.reached.size() || scratch.reached[next] != 0) continue;
+      scratch.reached[next] = 1;
+      scratch.front.push_back(next);
     }
   }
-  return seeds_;
+  return count;
 }
 
 } // namespace ptet::file

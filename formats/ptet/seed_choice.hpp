@@ -1,4 +1,8 @@
-// Where the growth of a record's region begins: the versions that are cheapest to name.
+// Where the growth of each record's region begins: the versions that are cheapest to name.
+//
+// The versions that a generation's records replace are all there before the first of them is split, and what a seed
+// costs depends on nothing else but the seeds of its block before and the model. So the seeds of a generation are
+// chosen together, block by block in parallel, by the model as it was before.
 #pragma once
 
 #include "formats/ptet/ordering.hpp"
@@ -9,6 +13,8 @@
 #include <span>
 #include <vector>
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 namespace ptet::file {
 
 class SeedChoice {
@@ -18,15 +24,35 @@ public:
              std::span<const BlockInfo> infos, std::span<const std::uint32_t> block_of, const VersionMatch& match)
       : records_(records), order_(order), schema_(schema), infos_(infos), block_of_(block_of), match_(match) {}
 
-  /// The seeds of record `r` of block `state.block`, as they stand before its split; valid until the next call.
-  /// Throws Error(kBadInput) when a version of its region has not appeared yet.
-  [[nodiscard]] std::span<const Seed> choose(const BitCounter& coder, const BlockState& state,
-                                             const Refinement& refinement, RecordId r);
+  /// Chooses for all records of a generation (of the file), none of which has been split: those of a block in a row, as
+  /// they will be coded. `states`: by block. Throws Error(kBadInput) when a version of a region has not appeared yet.
+  void choose(const std::vector<Probability>& model, std::span<const BlockState> states, const Refinement& refinement,
+              std::span<const std::uint32_t> generation);
+  /// The seeds of the generation's record at this place.
+  [[nodiscard]] std::span<const Seed> seeds(std::size_t place) const { return seeds_[place]; }
 
 private:
+  /// Of one thread.
+  struct Scratch {
+    std::vector<char> reached;
+    std::vector<std::uint32_t> front;
+  };
+  /// Of all there is to choose from.
+  struct Choice {
+    std::uint32_t version; ///< of the region
+    Seed seed;
+    std::uint32_t rank;
+  };
+
   /// `number`: the block's.
   [[nodiscard]] Seed seed_at(const Refinement& refinement, std::uint32_t number, VersionId version,
                              VertexId target) const;
+  void choose_for(const std::vector<Probability>& model, std::uint32_t number, SeedHistory& history,
+                  const Refinement& refinement, RecordId r, std::vector<Seed>& seeds, Scratch& scratch) const;
+  [[nodiscard]] Choice cheapest(const std::vector<Probability>& model, std::uint32_t number, const SeedHistory& history,
+                                const Refinement& refinement, RecordId r, const std::vector<char>& reached) const;
+  [[nodiscard]] std::uint32_t reach(const Refinement& refinement, RecordId r, std::uint32_t version,
+                                    Scratch& scratch) const;
 
   const RecordStream& records_;
   const FileOrder& order_;
@@ -34,9 +60,9 @@ private:
   std::span<const BlockInfo> infos_;
   std::span<const std::uint32_t> block_of_;
   const VersionMatch& match_;
-  std::vector<Seed> seeds_;
-  std::vector<char> reached_;
-  std::vector<std::uint32_t> front_;
+  std::vector<std::vector<Seed>> seeds_;  ///< by place in the generation
+  std::vector<std::size_t> block_begins_; ///< places in the generation where another block's records begin, and its end
+  oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
 } // namespace ptet::file

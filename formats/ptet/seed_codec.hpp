@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -22,12 +23,26 @@ struct Seed {
   std::uint32_t corner = 0;
 };
 
-/// What the coding of a block's next record depends on, the contexts aside.
-struct BlockState {
-  std::uint32_t block = 0;
+/// The seeds of a block so far.
+struct SeedHistory {
   std::vector<std::uint32_t> recent;     ///< sources, the one used last in front
   std::vector<std::uint32_t> last_index; ///< by source
   std::uint32_t last_rank = 0;
+
+  explicit SeedHistory(std::size_t needs) : recent(needs + 2), last_index(needs + 2) {
+    std::iota(recent.begin(), recent.end(), 0U);
+  }
+  void note(const Seed& seed, std::uint32_t rank) {
+    last_rank = rank;
+    std::rotate(recent.begin(), recent.begin() + rank, recent.begin() + rank + 1);
+    last_index[seed.source] = seed.index;
+  }
+};
+
+/// What the coding of a block's next record depends on, the contexts aside.
+struct BlockState {
+  std::uint32_t block = 0;
+  SeedHistory seeds;
   std::vector<std::int32_t> last_own; ///< by error code
   std::vector<char> last_own_zero, last_above_zero;
   /// By governing array: the sign of the last squared error (1: positive, 2: negative). For both signs how much above
@@ -36,31 +51,21 @@ struct BlockState {
   std::vector<std::array<std::int32_t, 2>> squared_drift, last_squared;
 
   BlockState(std::uint32_t block_number, std::size_t needs, std::size_t codes)
-      : block(block_number), recent(needs + 2), last_index(needs + 2), last_own(codes, 1280), last_own_zero(codes),
-        last_above_zero(codes), last_squared_sign(codes - 1), squared_drift(codes - 1, {-960, -960}),
-        last_squared(codes - 1, {800, 800}) {
-    for (std::size_t i = 0; i < recent.size(); ++i)
-      recent[i] = static_cast<std::uint32_t>(i);
-  }
-  void note(const Seed& seed, std::uint32_t rank) {
-    last_rank = rank;
-    recent.erase(recent.begin() + rank);
-    recent.insert(recent.begin(), seed.source);
-    last_index[seed.source] = seed.index;
-  }
+      : block(block_number), seeds(needs), last_own(codes, 1280), last_own_zero(codes), last_above_zero(codes),
+        last_squared_sign(codes - 1), squared_drift(codes - 1, {-960, -960}), last_squared(codes - 1, {800, 800}) {}
 };
 
 template <class Coder>
-void code_seed(Coder& coder, const Schema& schema, const BlockState& state, const BlockInfo& block,
+void code_seed(Coder& coder, const Schema& schema, const SeedHistory& history, const BlockInfo& block,
                const Refinement& refinement, std::span<const BlockInfo> blocks, Seed& seed, std::uint32_t& rank,
                RecordId r) {
-  const auto found = std::find(state.recent.begin(), state.recent.end(), seed.source);
-  rank = code_uint(coder, schema.source + (state.last_rank == 0 ? 0 : Schema::kUintContexts),
-                   static_cast<std::uint32_t>(found - state.recent.begin()));
-  if (rank >= state.recent.size()) fail_record(r, "its seed is in no block that this one needs");
-  seed.source = state.recent[rank];
+  const auto found = std::find(history.recent.begin(), history.recent.end(), seed.source);
+  rank = code_uint(coder, schema.source + (history.last_rank == 0 ? 0 : Schema::kUintContexts),
+                   static_cast<std::uint32_t>(found - history.recent.begin()));
+  if (rank >= history.recent.size()) fail_record(r, "its seed is in no block that this one needs");
+  seed.source = history.recent[rank];
   const bool own_block = seed.source == 0;
-  const std::int64_t last = state.last_index[seed.source];
+  const std::int64_t last = history.last_index[seed.source];
   const std::int64_t index =
       last + code_int(coder, schema.index + (own_block ? 0 : Schema::kUintContexts + 32), seed.index - last);
   if (index < 0 || index > 0x7FFFFFFF) fail_record(r, "its seed is out of range");

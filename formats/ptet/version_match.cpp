@@ -6,6 +6,9 @@
 #include <string>
 #include <unordered_map>
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
 namespace ptet::file {
 namespace {
 
@@ -44,23 +47,32 @@ Tet VersionMatch::in_file(Tet tet) const {
   return tet;
 }
 
-void VersionMatch::add_fine(const Refinement& refinement, RecordId r) {
+void VersionMatch::add_fine(const Refinement& refinement, std::span<const std::uint32_t> records) {
+  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, records.size(), 64), [&](const auto& range) {
+    Scratch& scratch = scratch_.local();
+    for (std::size_t i = range.begin(); i != range.end(); ++i)
+      add_fine(refinement, RecordId{records[i]}, scratch);
+  });
+}
+
+void VersionMatch::add_fine(const Refinement& refinement, RecordId r, Scratch& scratch) {
+  auto& [fine_keys, stream_keys] = scratch;
   const std::uint32_t record = order_.stream_record[r.index()];
-  fine_keys_.clear();
-  stream_keys_.clear();
+  fine_keys.clear();
+  stream_keys.clear();
   const std::uint32_t first = refinement.first_fine(r).index();
   for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t)
-    fine_keys_.emplace_back(key_of(refinement.vertices(VersionId{t})), t);
+    fine_keys.emplace_back(key_of(refinement.vertices(VersionId{t})), t);
   for (const VersionId t : records_.consumed(record))
-    stream_keys_.emplace_back(key_of(in_file(records_.versions[t.index()])), t.index());
-  std::sort(fine_keys_.begin(), fine_keys_.end());
-  std::sort(stream_keys_.begin(), stream_keys_.end());
+    stream_keys.emplace_back(key_of(in_file(records_.versions[t.index()])), t.index());
+  std::sort(fine_keys.begin(), fine_keys.end());
+  std::sort(stream_keys.begin(), stream_keys.end());
   const auto same_key = [](const auto& a, const auto& b) { return a.first == b.first; };
-  if (!std::equal(fine_keys_.begin(), fine_keys_.end(), stream_keys_.begin(), stream_keys_.end(), same_key))
+  if (!std::equal(fine_keys.begin(), fine_keys.end(), stream_keys.begin(), stream_keys.end(), same_key))
     throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " cannot be undone by a vertex split");
-  for (std::size_t i = 0; i < fine_keys_.size(); ++i) {
-    stream_of_[fine_keys_[i].second] = stream_keys_[i].second;
-    version_of_[stream_keys_[i].second] = VersionId{fine_keys_[i].second};
+  for (std::size_t i = 0; i < fine_keys.size(); ++i) {
+    stream_of_[fine_keys[i].second] = stream_keys[i].second;
+    version_of_[stream_keys[i].second] = VersionId{fine_keys[i].second};
   }
 }
 

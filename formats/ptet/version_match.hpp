@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 namespace ptet::file {
 
 class VersionMatch {
@@ -20,9 +22,9 @@ public:
   VersionMatch(const RecordStream& records, const FileOrder& order, std::span<const std::uint32_t> consumers,
                const Refinement& refinement);
 
-  /// Matches what the split of `r`, just made, has brought. Throws Error(kBadInput) when that is not what the collapse
-  /// consumed.
-  void add_fine(const Refinement& refinement, RecordId r);
+  /// Matches what the splits of these records of the file have brought, in parallel. Throws Error(kBadInput) when that
+  /// is not what the collapses consumed.
+  void add_fine(const Refinement& refinement, std::span<const std::uint32_t> records);
 
   /// The stream version; RecordStream's numbers.
   [[nodiscard]] std::uint32_t stream_of(VersionId version) const { return stream_of_[version.index()]; }
@@ -31,14 +33,19 @@ public:
 
 private:
   using Keys = std::vector<std::pair<std::uint64_t, std::uint32_t>>;
+  /// Of one thread.
+  struct Scratch {
+    Keys fine_keys, stream_keys;
+  };
 
+  void add_fine(const Refinement& refinement, RecordId r, Scratch& scratch);
   [[nodiscard]] Tet in_file(Tet tet) const;
 
   const RecordStream& records_;
   const FileOrder& order_;
   std::vector<std::uint32_t> stream_of_; ///< by version of the refinement
   std::vector<VersionId> version_of_;    ///< by version of the stream
-  Keys fine_keys_, stream_keys_;         ///< scratch of add_fine()
+  oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
 } // namespace ptet::file

@@ -361,20 +361,26 @@ void Encoding::transcribe() {
   std::vector<BlockState> states;
   for (std::uint32_t b = 0; b < infos_.size(); ++b)
     states.emplace_back(b, infos_[b].needs.size(), schema_->code_count());
-  for (std::size_t done = 0; done < coding_order_.size(); ++done) {
-    if (done % 4096 == 0) report(progress_, "writing records", done, coding_order_.size());
-    const RecordId r{coding_order_[done]};
-    BlockState& state = states[block_of_[r.index()]];
-    const std::span<const Seed> seeds = choice.choose(counter, state, content.refinement, r);
-    const std::uint32_t record = order_.stream_record[r.index()];
-    const std::uint32_t first = records_.coarse_begin[record].index();
-    const std::uint32_t count = records_.modified_count[record];
-    const auto in_region = [&](VersionId behind) { return match.stream_of(behind) - first < count; };
-    Scribe scribe(counter, transcripts_[state.block]);
-    codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{seeds, in_region},
-               others_[state.block].of(r));
-    match.add_fine(content.refinement, r);
-    codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
+  std::size_t done = 0;
+  for (auto begin = coding_order_.begin(), end = begin; begin != coding_order_.end(); begin = end) {
+    end = std::find_if(begin, coding_order_.end(),
+                       [&](std::uint32_t r) { return content.generation[r] != content.generation[*begin]; });
+    const std::span<const std::uint32_t> generation(begin, end);
+    choice.choose(counter.contexts(), states, content.refinement, generation);
+    for (std::size_t i = 0; i < generation.size(); ++i, ++done) {
+      if (done % 4096 == 0) report(progress_, "writing records", done, coding_order_.size());
+      const RecordId r{generation[i]};
+      BlockState& state = states[block_of_[r.index()]];
+      const std::uint32_t record = order_.stream_record[r.index()];
+      const std::uint32_t first = records_.coarse_begin[record].index();
+      const std::uint32_t count = records_.modified_count[record];
+      const auto in_region = [&](VersionId behind) { return match.stream_of(behind) - first < count; };
+      Scribe scribe(counter, transcripts_[state.block]);
+      codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{choice.seeds(i), in_region},
+                 others_[state.block].of(r));
+      codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
+    }
+    match.add_fine(content.refinement, generation);
   }
   initial_ = counter.trained();
   take_back(content);
