@@ -17,6 +17,22 @@ forbid() {
 
 sources() { find "$@" -type f \( -name '*.cpp' -o -name '*.hpp' -o -name '*.h' \) 2>/dev/null | sort; }
 
+# What the run-time library has of formats/ptet: its sources, and what they include, and so on.
+run_time_format() {
+  local names all=() more=()
+  names=$(sed -n 's/^set(ptet_format_run_time \(.*\))$/\1/p' formats/ptet/run_time.cmake)
+  [[ -n "$names" ]] || { echo "formats/ptet/run_time.cmake names no sources" >&2; exit 1; }
+  for name in $names; do more+=("formats/ptet/$name.cpp"); done
+  while [[ ${#more[@]} -gt ${#all[@]} ]]; do
+    all=("${more[@]}")
+    mapfile -t more < <({
+      printf '%s\n' "${all[@]}"
+      sed -n 's/^#include "\(formats\/ptet\/.*\)"$/\1/p' "${all[@]}"
+    } | sort -u)
+  done
+  printf '%s\n' "${all[@]}"
+}
+
 mapfile -t lod < <(sources lib/lod)
 mapfile -t build < <(sources lib/build)
 mapfile -t c_run_time < <(find lib/capi -name '*.?pp' ! -name build.cpp)
@@ -26,7 +42,7 @@ mapfile -t record < <(sources lib/record)
 mapfile -t ground < <(sources lib/mesh lib/error)
 mapfile -t all_lib < <(sources lib)
 mapfile -t all_formats < <(sources formats)
-mapfile -t ptet_format < <(sources formats/ptet | grep -v '/writer\.cpp$') # which the run-time library does not have
+mapfile -t ptet_format < <(run_time_format)
 mapfile -t paraview < <(sources tools/paraview)
 mapfile -t public < <(sources lib/include)
 
