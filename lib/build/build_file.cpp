@@ -42,7 +42,8 @@ Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& p
   const build::MemoryWatch memory(mesh, options);
   (void)memory.check(build::count(mesh, options)); // at least so much, whatever its boundary
   std::vector<Tet> given_tets = options.keep_order ? mesh.tets : std::vector<Tet>{};
-  Begun begun{prepare(std::move(mesh), progress), std::move(given_tets)};
+  Begun begun{build::Threads(options.threads).run([&] { return prepare(std::move(mesh), progress); }),
+              std::move(given_tets)};
   build::release_freed_memory();
   begun.foreseen_memory_bytes = memory.check(build::count(begun.prepared, options));
   return begun;

@@ -35,49 +35,52 @@ public:
   /// `whole`: the mesh that this is a part of, with `samples` in the part; null: this is all of it.
   Builder(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
           const ProgressCallback& progress, const MeshScales* whole = nullptr, FieldSamples samples = {})
-      : prepared_(prepared), options_(options), report_(report), progress_(progress), checkpoints_(options.checkpoint),
+      : prepared_(prepared), options_(options), report_(report), progress_(progress), threads_(options.threads),
+        checkpoints_(options.checkpoint),
         fields_(prepared, options.fields, whole != nullptr ? &whole->field_range : nullptr) {
     report.notes.insert(report.notes.end(), fields_.notes().begin(), fields_.notes().end());
-    collapser_.emplace(prepared, fields_, whole, std::move(samples), options, records_);
-    rounds_.emplace(*collapser_, options, round_state_, report);
+    threads_.run([&] {
+      collapser_.emplace(prepared, fields_, whole, std::move(samples), options, records_);
+      rounds_.emplace(*collapser_, options, round_state_, report);
+    });
     report.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] =
         prepared.used_vertex_count - collapser_->candidates().movable_count();
   }
 
   RecordStream run(const Decisions* decided) {
     release_freed_memory();
-    Threads threads(options_.threads);
-    build(threads, decided);
+    build(decided);
     report_records(prepared_, records_, report_);
     return std::move(records_);
   }
 
   /// The collapses alone.
   RecordStream collapse() {
-    Threads(options_.threads).run([&] { take_rounds(); });
+    threads_.run([&] { take_rounds(); });
     return std::move(records_);
   }
 
 private:
-  void build(Threads& threads, const Decisions* decided) {
+  void build(const Decisions* decided) {
     if (checkpoints_.enabled())
       identity_ = identity_of(prepared_.mesh, describe_options(options_, prepared_, fields_.fields()));
-    if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { threads.run([&] { resume(); }); });
-    if (decided != nullptr) report_.follow_seconds = seconds_of([&] { threads.run([&] { follow_pieces(*decided); }); });
+    if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { threads_.run([&] { resume(); }); });
+    if (decided != nullptr)
+      report_.follow_seconds = seconds_of([&] { threads_.run([&] { follow_pieces(*decided); }); });
     if (!collapsed_) {
-      report_.collapse_seconds = seconds_of([&] { threads.run([&] { take_rounds(); }); });
+      report_.collapse_seconds = seconds_of([&] { threads_.run([&] { take_rounds(); }); });
       collapsed_ = true;
     }
     end_collapses();
     if (options_.evaluation == Evaluation::kExact && options_.prediction != Prediction::kExact)
       report_.certify_seconds = seconds_of([&] {
-        threads.run([&] {
+        threads_.run([&] {
           certify_field_errors(
               prepared_, fields_, records_, [this](const Progress& p) { return go_on(p); }, &certified_);
         });
       });
     if (checkpoints_.enabled()) save(); // what follows takes little time, and is not kept
-    threads.run([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, records_, progress_); });
+    threads_.run([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, records_, progress_); });
   }
 
   void follow_pieces(const Decisions& decided) {
@@ -170,6 +173,7 @@ private:
   const BuildOptions& options_;
   BuildReport& report_;
   const ProgressCallback& progress_;
+  Threads threads_;
   CheckpointWriter checkpoints_;
   BuildIdentity identity_; ///< where there are checkpoints
   bool stopping_ = false;  ///< somebody said so within a round

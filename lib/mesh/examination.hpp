@@ -22,7 +22,10 @@ struct Examination {
 };
 
 /// Throws Error(kCancelled) when `progress` returns false, Error(kLimit) for more tets than kMaxTets or more vertices
-/// than ids.
+/// than ids. Thread rule: const on `mesh`; on the threads of the caller's arena, `progress` on the calling one.
 [[nodiscard]] Examination examine(const TetMesh& mesh, const ProgressCallback& progress = {});
+
+/// What validate() says of a mesh that has been examined.
+[[nodiscard]] MeshReport report_on(const TetMesh& mesh, const Examination& found);
 
 } // namespace ptet

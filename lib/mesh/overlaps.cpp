@@ -7,6 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include <oneapi/tbb/parallel_for.h>
+
 namespace ptet {
 namespace {
 
@@ -74,25 +76,39 @@ public:
 
   [[nodiscard]] Overlaps run(const std::function<void()>& look) const {
     Overlaps found;
-    for (std::uint32_t f = 0; f < boundary_.faces.size(); ++f) {
-      if (f % kFacesBetweenLooks == 0) look();
-      find_crossing(f, found.crossing);
-    }
+    for_all_faces(found.crossing, look, [&](std::uint32_t f, auto& crossing) { find_crossing(f, crossing); });
     std::sort(found.crossing.begin(), found.crossing.end());
-    std::uint32_t last = kNoTet;
-    for (std::size_t f = 0; f < boundary_.half_faces.size(); ++f) {
-      if (f % kFacesBetweenLooks == 0) look();
-      if (boundary_.half_faces[f] / 4 == last) continue;
-      last = boundary_.half_faces[f] / 4;
-      if (covering(last) > 1) found.within.push_back(last);
-    }
+    for_all_faces(found.within, look, [&](std::uint32_t f, auto& within) {
+      const std::uint32_t t = boundary_.half_faces[f] / 4;
+      if (f > 0 && boundary_.half_faces[f - 1] / 4 == t) return; // another face of the same
+      if (covering(t) > 1) within.push_back(t);
+    });
     return found;
   }
 
 private:
-  static constexpr std::uint32_t kNoTet = 0xffffffff;
   /// A tenth of a second of work where the boxes of thousands meet one another.
   static constexpr std::size_t kFacesBetweenLooks = 1024;
+  static constexpr std::size_t kFacesTogether = 64;
+
+  /// Calls `visit(face, what it finds)` for all faces, in parallel; `found` gets it all in their order.
+  template <class What, class Visit>
+  void for_all_faces(std::vector<What>& found, const std::function<void()>& look, Visit&& visit) const {
+    const std::size_t face_count = boundary_.faces.size();
+    std::vector<std::vector<What>> parts(kFacesBetweenLooks / kFacesTogether);
+    for (std::size_t begin = 0; begin < face_count; begin += kFacesBetweenLooks) {
+      look();
+      oneapi::tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
+        const std::size_t first = begin + p * kFacesTogether;
+        for (std::size_t f = first; f < std::min(first + kFacesTogether, face_count); ++f)
+          visit(static_cast<std::uint32_t>(f), parts[p]);
+      });
+      for (std::vector<What>& part : parts) {
+        found.insert(found.end(), part.begin(), part.end());
+        part.clear();
+      }
+    }
+  }
 
   static std::vector<BoundingBox> boxes_of(std::span<const Point> points, const std::vector<Face>& faces) {
     std::vector<BoundingBox> boxes;

@@ -3,9 +3,31 @@
 #include <algorithm>
 #include <numeric>
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
 namespace ptet {
 
 namespace {
+
+/// Vertices whose faces, or links, are looked at by one thread in a row.
+constexpr std::size_t kVerticesTogether = 2048;
+
+/// Calls `look_at(part, first vertex, last vertex + 1)` for all vertices, in parallel; returns the parts in their
+/// order.
+template <class Part, class LookAt>
+std::vector<Part> by_parts(std::size_t vertex_count, LookAt&& look_at) {
+  std::vector<Part> parts((vertex_count + kVerticesTogether - 1) / kVerticesTogether);
+  oneapi::tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
+    look_at(parts[p], p * kVerticesTogether, std::min((p + 1) * kVerticesTogether, vertex_count));
+  });
+  return parts;
+}
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& what) {
+  to.insert(to.end(), what.begin(), what.end());
+}
 
 /// Union-find that counts its sets.
 class Components {
@@ -75,13 +97,20 @@ Buckets sort_into_buckets(std::span<const Tet> tets, std::size_t vertex_count) {
   return buckets;
 }
 
+/// What a face table says of the faces of some vertices, but for the mates.
+struct SomeFaces {
+  std::vector<HalfFace> crowded;
+  std::vector<TetId> duplicates;
+  std::uint64_t face_count = 0;
+};
+
 /// Links the half-faces on one face, given ascending, and finds tets that are there twice.
-void link_face(std::span<const Tet> tets, std::span<const Keyed> group, FaceTable& table) {
+void link_face(std::span<const Tet> tets, std::span<const Keyed> group, std::vector<HalfFace>& mate, SomeFaces& faces) {
   for (std::size_t i = 0; i < group.size(); ++i)
-    table.mate[group[i].half_face] = group[(i + 1) % group.size()].half_face;
-  ++table.face_count;
+    mate[group[i].half_face] = group[(i + 1) % group.size()].half_face;
+  ++faces.face_count;
   if (group.size() < 2) return;
-  if (group.size() > 2) table.crowded.push_back(group[0].half_face);
+  if (group.size() > 2) faces.crowded.push_back(group[0].half_face);
 
   if (group.size() == 2 && apex_of(tets, group[0].half_face) != apex_of(tets, group[1].half_face)) return;
   std::vector<std::pair<VertexId, HalfFace>> apexes;
@@ -89,7 +118,7 @@ void link_face(std::span<const Tet> tets, std::span<const Keyed> group, FaceTabl
     apexes.emplace_back(apex_of(tets, entry.half_face), entry.half_face);
   std::sort(apexes.begin(), apexes.end());
   for (std::size_t i = 1; i < apexes.size(); ++i)
-    if (apexes[i].first == apexes[i - 1].first) table.duplicates.emplace_back(apexes[i].second / 4);
+    if (apexes[i].first == apexes[i - 1].first) faces.duplicates.emplace_back(apexes[i].second / 4);
 }
 
 /// Walks over the tets at one vertex after another, from tet to tet through the faces at the vertex and, from a
@@ -187,14 +216,21 @@ FaceTable build_face_table(std::span<const Tet> tets, std::size_t vertex_count) 
   Buckets buckets = sort_into_buckets(tets, vertex_count);
   FaceTable table;
   table.mate.resize(tets.size() * 4);
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    const std::span<Keyed> bucket(buckets.entries.data() + buckets.begin[v], buckets.begin[v + 1] - buckets.begin[v]);
-    std::sort(bucket.begin(), bucket.end());
-    for (std::size_t i = 0, j = 0; i < bucket.size(); i = j) {
-      while (j < bucket.size() && bucket[j].key() == bucket[i].key())
-        ++j;
-      link_face(tets, bucket.subspan(i, j - i), table);
+  const auto link = [&](SomeFaces& faces, std::size_t first, std::size_t last) {
+    for (std::size_t v = first; v < last; ++v) {
+      const std::span<Keyed> bucket(buckets.entries.data() + buckets.begin[v], buckets.begin[v + 1] - buckets.begin[v]);
+      std::sort(bucket.begin(), bucket.end());
+      for (std::size_t i = 0, j = 0; i < bucket.size(); i = j) {
+        while (j < bucket.size() && bucket[j].key() == bucket[i].key())
+          ++j;
+        link_face(tets, bucket.subspan(i, j - i), table.mate, faces);
+      }
     }
+  };
+  for (const SomeFaces& faces : by_parts<SomeFaces>(vertex_count, link)) {
+    append(table.crowded, faces.crowded);
+    append(table.duplicates, faces.duplicates);
+    table.face_count += faces.face_count;
   }
   std::sort(table.crowded.begin(), table.crowded.end());
   std::sort(table.duplicates.begin(), table.duplicates.end());
@@ -260,18 +296,30 @@ VertexLinks examine_links(std::span<const Tet> tets, const FaceTable& faces, con
     }
   VertexLinks links;
   links.used.resize(vertex_count);
-  LinkWalker walker(tets, faces, boundary, vertex_count);
-  std::uint64_t edge_ends = 0;
-  for (std::size_t i = 0; i < vertex_count; ++i) {
-    if (degree[i] == 0) continue;
-    links.used[i] = 1;
-    ++links.used_count;
-    const VertexId v{static_cast<std::uint32_t>(i)};
-    if (walker.is_sphere(v, some_tet[i], degree[i])) {
-      edge_ends += walker.neighbours();
-    } else {
-      links.non_manifold.push_back(v);
+  struct Some {
+    std::vector<VertexId> non_manifold;
+    std::uint64_t used_count = 0, edge_ends = 0;
+  };
+  oneapi::tbb::enumerable_thread_specific<LinkWalker> walkers(tets, faces, boundary, vertex_count);
+  const auto walk = [&](Some& some, std::size_t first, std::size_t last) {
+    LinkWalker& walker = walkers.local();
+    for (std::size_t i = first; i < last; ++i) {
+      if (degree[i] == 0) continue;
+      links.used[i] = 1;
+      ++some.used_count;
+      const VertexId v{static_cast<std::uint32_t>(i)};
+      if (walker.is_sphere(v, some_tet[i], degree[i])) {
+        some.edge_ends += walker.neighbours();
+      } else {
+        some.non_manifold.push_back(v);
+      }
     }
+  };
+  std::uint64_t edge_ends = 0;
+  for (const Some& some : by_parts<Some>(vertex_count, walk)) {
+    append(links.non_manifold, some.non_manifold);
+    links.used_count += some.used_count;
+    edge_ends += some.edge_ends;
   }
   if (!links.non_manifold.empty()) edge_ends += count_edge_ends(tets, links.non_manifold);
   links.edge_count = edge_ends / 2;

@@ -6,7 +6,8 @@
 //                                                                   h -> h' -> h         two tets
 //                                                                   h -> h' -> h'' -> h  more: no mesh of a domain
 //
-// Vertex ids must be in range and the four of a tet different; everything else may be wrong.
+// Vertex ids must be in range and the four of a tet different; everything else may be wrong. The face table and the
+// links are found in parallel, on the threads of the caller's arena.
 #pragma once
 
 #include "mesh/predicates.hpp"

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <oneapi/tbb/task_arena.h>
+
 namespace ptet {
 
 namespace {
@@ -80,8 +82,7 @@ const Finding* MeshReport::first_error() const {
   return found == findings.end() ? nullptr : &*found;
 }
 
-MeshReport validate(const TetMesh& mesh, const ProgressCallback& progress) {
-  Examination found = examine(mesh, progress);
+MeshReport report_on(const TetMesh& mesh, const Examination& found) {
   MeshReport report;
   report.tets = mesh.tets.size();
   report.vertices = found.points.size();
@@ -89,8 +90,14 @@ MeshReport validate(const TetMesh& mesh, const ProgressCallback& progress) {
   measure_geometry(found, report);
   for (const PointArray& array : mesh.point_arrays)
     report.fields.push_back(summarise(array, found));
-  report.findings = std::move(found.findings);
+  report.findings = found.findings;
   return report;
+}
+
+MeshReport validate(const TetMesh& mesh, const ProgressCallback& progress) {
+  // Where no threads were asked for none are started.
+  oneapi::tbb::task_arena alone(1);
+  return report_on(mesh, alone.execute([&] { return examine(mesh, progress); }));
 }
 
 } // namespace ptet

@@ -1,10 +1,12 @@
 // ptet info: what a mesh is and what a build would make of it, or what a .ptet file holds.
 #include "arguments.hpp"
+#include "build/threads.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
 #include "formats/ptet/reader.hpp"
 #include "formats/vtk/read.hpp"
+#include "mesh/examination.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/validate.hpp"
 
@@ -132,7 +134,7 @@ void run_mesh(const Arguments& arguments) {
   ReadReport read;
   const TetMesh mesh = read_mesh(arguments.input, &read, progress.callback());
   progress.stage("examining");
-  const MeshReport report = validate(mesh, progress.callback());
+  const MeshReport report = report_on(mesh, build::Threads(0).run([&] { return examine(mesh, progress.callback()); }));
   progress.erase();
   arguments.json ? print_json(arguments.input, read, mesh, report) : print_text(arguments.input, read, mesh, report);
 }

@@ -80,9 +80,9 @@ ComparedMesh load(const std::string& path, ProgressLine& progress) {
   side.path = path;
   progress.stage("reading");
   side.mesh = read_mesh(path, &side.read, progress.callback());
-  side.report = validate(side.mesh, progress.callback());
-  check_usable(side);
   side.found = examine(side.mesh, progress.callback());
+  side.report = report_on(side.mesh, side.found);
+  check_usable(side);
   return side;
 }
 
@@ -329,8 +329,10 @@ void run(const Arguments& arguments) {
   ProgressLine progress;
   MeasureOutcome outcome;
   outcome.samples = wishes.samples;
-  outcome.original = load(arguments.original, progress);
-  outcome.simplified = load(arguments.simplified, progress);
+  threads.run([&] {
+    outcome.original = load(arguments.original, progress);
+    outcome.simplified = load(arguments.simplified, progress);
+  });
   for (const ComparedMesh* side : {&outcome.original, &outcome.simplified})
     add_reading_notes(side->path, side->read, outcome.notes);
   note_convention(outcome.original, outcome.notes);
