@@ -3,23 +3,24 @@
 #include <algorithm>
 #include <numeric>
 
-#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 
 namespace ptet {
 
 namespace {
 
-/// Vertices whose faces, or links, are looked at by one thread in a row.
+/// Vertices that are looked at by one thread in a row, at least.
 constexpr std::size_t kVerticesTogether = 2048;
+/// Each has marks on all tets and vertices: many of them at once would want more memory than a build.
+constexpr std::size_t kMostWalkers = 8;
 
-/// Calls `look_at(part, first vertex, last vertex + 1)` for all vertices, in parallel; returns the parts in their
-/// order.
+/// Calls `look_at(part, first vertex, last vertex + 1)` for all vertices, in parallel, `together` of them at a time;
+/// returns the parts in their order.
 template <class Part, class LookAt>
-std::vector<Part> by_parts(std::size_t vertex_count, LookAt&& look_at) {
-  std::vector<Part> parts((vertex_count + kVerticesTogether - 1) / kVerticesTogether);
+std::vector<Part> by_parts(std::size_t vertex_count, std::size_t together, LookAt&& look_at) {
+  std::vector<Part> parts((vertex_count + together - 1) / together);
   oneapi::tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
-    look_at(parts[p], p * kVerticesTogether, std::min((p + 1) * kVerticesTogether, vertex_count));
+    look_at(parts[p], p * together, std::min((p + 1) * together, vertex_count));
   });
   return parts;
 }
@@ -227,7 +228,7 @@ FaceTable build_face_table(std::span<const Tet> tets, std::size_t vertex_count) 
       }
     }
   };
-  for (const SomeFaces& faces : by_parts<SomeFaces>(vertex_count, link)) {
+  for (const SomeFaces& faces : by_parts<SomeFaces>(vertex_count, kVerticesTogether, link)) {
     append(table.crowded, faces.crowded);
     append(table.duplicates, faces.duplicates);
     table.face_count += faces.face_count;
@@ -300,9 +301,8 @@ VertexLinks examine_links(std::span<const Tet> tets, const FaceTable& faces, con
     std::vector<VertexId> non_manifold;
     std::uint64_t used_count = 0, edge_ends = 0;
   };
-  oneapi::tbb::enumerable_thread_specific<LinkWalker> walkers(tets, faces, boundary, vertex_count);
   const auto walk = [&](Some& some, std::size_t first, std::size_t last) {
-    LinkWalker& walker = walkers.local();
+    LinkWalker walker(tets, faces, boundary, vertex_count);
     for (std::size_t i = first; i < last; ++i) {
       if (degree[i] == 0) continue;
       links.used[i] = 1;
@@ -316,7 +316,8 @@ VertexLinks examine_links(std::span<const Tet> tets, const FaceTable& faces, con
     }
   };
   std::uint64_t edge_ends = 0;
-  for (const Some& some : by_parts<Some>(vertex_count, walk)) {
+  const std::size_t together = std::max(kVerticesTogether, (vertex_count + kMostWalkers - 1) / kMostWalkers);
+  for (const Some& some : by_parts<Some>(vertex_count, together, walk)) {
     append(links.non_manifold, some.non_manifold);
     links.used_count += some.used_count;
     edge_ends += some.edge_ends;
