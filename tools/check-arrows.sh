@@ -21,7 +21,6 @@ sources() { find "$@" -type f \( -name '*.cpp' -o -name '*.hpp' -o -name '*.h' \
 run_time_format() {
   local names all=() more=()
   names=$(sed -n 's/^set(ptet_format_run_time \(.*\))$/\1/p' formats/ptet/run_time.cmake)
-  [[ -n "$names" ]] || { echo "formats/ptet/run_time.cmake names no sources" >&2; exit 1; }
   for name in $names; do more+=("formats/ptet/$name.cpp"); done
   while [[ ${#more[@]} -gt ${#all[@]} ]]; do
     all=("${more[@]}")
@@ -43,6 +42,7 @@ mapfile -t ground < <(sources lib/mesh lib/error)
 mapfile -t all_lib < <(sources lib)
 mapfile -t all_formats < <(sources formats)
 mapfile -t ptet_format < <(run_time_format)
+[[ ${#ptet_format[@]} -gt 1 ]] || { echo "formats/ptet/run_time.cmake names no sources" >&2; exit 1; }
 mapfile -t paraview < <(sources tools/paraview)
 mapfile -t public < <(sources lib/include)
 
