@@ -1,4 +1,6 @@
 // What validate() says of each kind of defect, and of sound meshes; and that it says it of anything.
+#include "mesh/examination.hpp"
+#include "mesh/overlaps.hpp"
 #include "ptet/error.hpp"
 #include "ptet/validate.hpp"
 #include "support/meshes.hpp"
@@ -8,6 +10,8 @@
 #include <random>
 
 #include <catch2/catch.hpp>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 namespace {
 
@@ -312,6 +316,76 @@ TEST_CASE("validate can be cancelled at each stage", "[validate]") {
     } catch (const Error& error) {
       CHECK(error.code() == ErrorCode::kCancelled);
       CHECK(calls == stop + 1);
+    }
+  }
+}
+
+TEST_CASE("what is found is the same on any number of threads", "[validate]") {
+  // Cells left out at random pinch the domain all over; a second such body reaches into the first.
+  const auto porous = [](unsigned seed) {
+    return test::grid({{18, 18, 18},
+                       [=](int x, int y, int z) { return (x * 7 + y * 5 + z * 3 + x * y * z) % 6 != int(seed); },
+                       2,
+                       seed});
+  };
+  std::vector<Point> points;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const unsigned seed : {1U, 2U}) {
+    const TetMesh one = porous(seed);
+    const auto first = static_cast<std::uint32_t>(points.size());
+    for (std::uint32_t v = 0; v < one.vertex_count(); ++v) {
+      const Point p = one.position(VertexId{v});
+      points.push_back(seed == 1 ? p : Point{p[0] + 37, p[1] + 21, p[2] + 5});
+    }
+    for (const Tet& t : one.tets)
+      tets.push_back({first + t[0].index(), first + t[1].index(), first + t[2].index(), first + t[3].index()});
+  }
+  const bool crowded = GENERATE(false, true);
+  if (crowded) // a third tet on many faces, some tets twice
+    for (std::size_t t = 0, count = tets.size(); t < count; t += 50) {
+      tets.push_back({tets[t][0], tets[t][1], tets[t][2], tets[(t + 5000) % count][3]});
+      if (t % 100 == 0) tets.push_back({tets[t][1], tets[t][0], tets[t][2], tets[t][3]});
+    }
+  const TetMesh mesh = make_mesh(points, tets, ScalarType::kFloat64);
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, 5);
+  const auto examine_on = [&](int threads) { return tbb::task_arena(threads).execute([&] { return examine(mesh); }); };
+  const Examination alone = examine_on(1);
+  const auto overlaps_on = [&](int threads) {
+    if (crowded) return Overlaps{}; // they are not looked for
+    return tbb::task_arena(threads).execute(
+        [&] { return find_overlaps(alone.points, alone.tets, alone.boundary, [] {}); });
+  };
+  const Overlaps overlaps = overlaps_on(1);
+  CHECK(alone.findings.size() >= 3);
+  if (crowded) {
+    CHECK(alone.faces.crowded.size() > 500);
+  } else {
+    CHECK(alone.links.non_manifold.size() > 500);
+    CHECK(overlaps.crossing.size() > 500);
+    CHECK(overlaps.within.size() > 500);
+  }
+  for (const int threads : {2, 5}) {
+    INFO(threads << " threads");
+    const Examination many = examine_on(threads);
+    CHECK((many.tets == alone.tets));
+    CHECK((many.faces.mate == alone.faces.mate));
+    CHECK((many.faces.crowded == alone.faces.crowded));
+    CHECK((many.faces.duplicates == alone.faces.duplicates));
+    CHECK(many.faces.face_count == alone.faces.face_count);
+    CHECK((many.boundary.half_faces == alone.boundary.half_faces));
+    CHECK((many.links.non_manifold == alone.links.non_manifold));
+    CHECK((many.links.used == alone.links.used));
+    CHECK(many.links.used_count == alone.links.used_count);
+    CHECK(many.links.edge_count == alone.links.edge_count);
+    CHECK((many.folded == alone.folded));
+    CHECK((overlaps_on(threads).crossing == overlaps.crossing));
+    CHECK((overlaps_on(threads).within == overlaps.within));
+    REQUIRE(many.findings.size() == alone.findings.size());
+    for (std::size_t i = 0; i < many.findings.size(); ++i) {
+      CHECK(many.findings[i].code == alone.findings[i].code);
+      CHECK(many.findings[i].count == alone.findings[i].count);
+      CHECK(many.findings[i].first_ids == alone.findings[i].first_ids);
+      CHECK(many.findings[i].message == alone.findings[i].message);
     }
   }
 }
