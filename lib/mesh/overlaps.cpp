@@ -1,13 +1,12 @@
 #include "mesh/overlaps.hpp"
 
 #include "mesh/box_tree.hpp"
+#include "mesh/by_parts.hpp"
 #include "mesh/face_plane.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
-
-#include <oneapi/tbb/parallel_for.h>
 
 namespace ptet {
 namespace {
@@ -95,18 +94,15 @@ private:
   template <class What, class Visit>
   void for_all_faces(std::vector<What>& found, const std::function<void()>& look, Visit&& visit) const {
     const std::size_t face_count = boundary_.faces.size();
-    std::vector<std::vector<What>> parts(kFacesBetweenLooks / kFacesTogether);
     for (std::size_t begin = 0; begin < face_count; begin += kFacesBetweenLooks) {
       look();
-      oneapi::tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
-        const std::size_t first = begin + p * kFacesTogether;
-        for (std::size_t f = first; f < std::min(first + kFacesTogether, face_count); ++f)
-          visit(static_cast<std::uint32_t>(f), parts[p]);
-      });
-      for (std::vector<What>& part : parts) {
-        found.insert(found.end(), part.begin(), part.end());
-        part.clear();
-      }
+      const auto visit_run = [&](std::vector<What>& part, std::size_t first, std::size_t last) {
+        for (std::size_t f = first; f < last; ++f)
+          visit(static_cast<std::uint32_t>(f), part);
+      };
+      const std::size_t end = std::min(begin + kFacesBetweenLooks, face_count);
+      for (const std::vector<What>& part : by_parts<std::vector<What>>(begin, end, kFacesTogether, visit_run))
+        append(found, part);
     }
   }
 

@@ -1,9 +1,9 @@
 #include "mesh/topology.hpp"
 
+#include "mesh/by_parts.hpp"
+
 #include <algorithm>
 #include <numeric>
-
-#include <oneapi/tbb/parallel_for.h>
 
 namespace ptet {
 
@@ -13,22 +13,6 @@ namespace {
 constexpr std::size_t kVerticesTogether = 2048;
 /// Each has marks on all tets and vertices: many of them at once would want more memory than a build.
 constexpr std::size_t kMostWalkers = 8;
-
-/// Calls `look_at(part, first vertex, last vertex + 1)` for all vertices, in parallel, `together` of them at a time;
-/// returns the parts in their order.
-template <class Part, class LookAt>
-std::vector<Part> by_parts(std::size_t vertex_count, std::size_t together, LookAt&& look_at) {
-  std::vector<Part> parts((vertex_count + together - 1) / together);
-  oneapi::tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
-    look_at(parts[p], p * together, std::min((p + 1) * together, vertex_count));
-  });
-  return parts;
-}
-
-template <class T>
-void append(std::vector<T>& to, const std::vector<T>& what) {
-  to.insert(to.end(), what.begin(), what.end());
-}
 
 /// Union-find that counts its sets.
 class Components {
@@ -228,7 +212,7 @@ FaceTable build_face_table(std::span<const Tet> tets, std::size_t vertex_count) 
       }
     }
   };
-  for (const SomeFaces& faces : by_parts<SomeFaces>(vertex_count, kVerticesTogether, link)) {
+  for (const SomeFaces& faces : by_parts<SomeFaces>(0, vertex_count, kVerticesTogether, link)) {
     append(table.crowded, faces.crowded);
     append(table.duplicates, faces.duplicates);
     table.face_count += faces.face_count;
@@ -317,7 +301,7 @@ VertexLinks examine_links(std::span<const Tet> tets, const FaceTable& faces, con
   };
   std::uint64_t edge_ends = 0;
   const std::size_t together = std::max(kVerticesTogether, (vertex_count + kMostWalkers - 1) / kMostWalkers);
-  for (const Some& some : by_parts<Some>(vertex_count, together, walk)) {
+  for (const Some& some : by_parts<Some>(0, vertex_count, together, walk)) {
     append(links.non_manifold, some.non_manifold);
     links.used_count += some.used_count;
     edge_ends += some.edge_ends;
