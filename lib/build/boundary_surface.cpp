@@ -109,7 +109,8 @@ private:
 } // namespace
 
 struct BoundarySurface::Impl {
-  explicit Impl(const std::vector<Point>& p) : positions(p), relative(p) {
+  Impl(const std::vector<Point>& p, std::span<const std::uint32_t> crossing_curves)
+      : positions(p), relative(p), crossings(crossing_curves) {
     for (Point& x : relative)
       x = x - p.front();
   }
@@ -122,9 +123,22 @@ struct BoundarySurface::Impl {
   std::vector<Point> centroids;           ///< relative; samples behind the vertices: sample vertex_count + i
   std::vector<std::uint32_t> next_sample; ///< by sample: the next one that the same face holds
   FaceIndex index;
+  SelfCrossings crossings;
+  SlotId first_ghost = 0;
+  std::vector<SelfCrossings::Set> curves; ///< by ghost; none where the original does not cross itself
 
   std::optional<BoundaryPieces> pieces; ///< where domain errors are to be bounds: what the faces hold
 
+  [[nodiscard]] SelfCrossings::Set curves_of(SlotId ghost) const { return curves[ghost - first_ghost]; }
+  /// What a collapse makes is of all curves of what it consumed.
+  void join_curves(const WorkingComplex& complex, std::span<const SlotId> modified, std::span<const SlotId> deleted) {
+    SelfCrossings::Set all = SelfCrossings::kNone;
+    for (const std::span<const SlotId> part : {modified, deleted})
+      for (const SlotId s : part)
+        if (complex.is_ghost(complex.slot(s))) all = crossings.join(all, curves_of(s));
+    for (const SlotId s : modified)
+      if (complex.is_ghost(complex.slot(s))) curves[s - first_ghost] = all;
+  }
   [[nodiscard]] const Point& sample_position(std::uint32_t sample) const {
     return sample < relative.size() ? relative[sample] : centroids[sample - relative.size()];
   }
@@ -137,8 +151,9 @@ struct BoundarySurface::Impl {
 };
 
 BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
-                                 std::vector<char>& frozen, DomainError domain_error)
-    : impl_(std::make_unique<Impl>(positions)) {
+                                 std::vector<char>& frozen, DomainError domain_error,
+                                 std::span<const std::uint32_t> crossing_curves)
+    : impl_(std::make_unique<Impl>(positions, crossing_curves)) {
   Impl& m = *impl_;
   m.rounding = kSurfaceRounding * diagonal;
   m.handle.resize(complex.vertex_count());
@@ -180,6 +195,10 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
         frozen[v] = 1;
   }
   m.index.build(complex, positions, slots);
+  if (m.crossings.empty()) return;
+  m.first_ghost = slots.front(); // the others follow without gaps
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    m.curves.push_back(m.crossings.of_original(f));
 }
 
 BoundarySurface::~BoundarySurface() = default;
@@ -317,6 +336,15 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
   };
   if (!moves && std::none_of(modified.begin(), modified.end(), is_flat)) return false;
   const auto ids = [](const Triangle& t) { return Face{VertexId{t[0]}, VertexId{t[1]}, VertexId{t[2]}}; };
+  w.curves_.clear();
+  if (!m.crossings.empty())
+    for (const SlotId s : complex.star(vs))
+      if (complex.is_ghost(complex.slot(s)) && m.curves_of(s) != SelfCrossings::kNone)
+        w.curves_.push_back(m.curves_of(s));
+  const auto may_cross = [&](SlotId other) {
+    return std::any_of(w.curves_.begin(), w.curves_.end(),
+                       [&](SelfCrossings::Set mine) { return m.crossings.share(mine, m.curves_of(other)); });
+  };
   w.hits_.clear();
   m.index.query(all, w.hits_);
   std::erase_if(w.hits_, [&](SlotId s) { return has_corner(complex.slot(s).v, vs); }); // they go
@@ -329,7 +357,8 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
     for (const SlotId s : w.hits_) {
       if (!m.index.box(s).meets(box)) continue;
       const Face other = ids(face_of(complex.slot(s), complex.dummy()));
-      if (!plane.surely_misses(other, m.positions) && faces_meet_improperly(ids(made[i]), other, m.positions))
+      if (!plane.surely_misses(other, m.positions) && faces_meet_improperly(ids(made[i]), other, m.positions) &&
+          (share_vertex(ids(made[i]), other) || !may_cross(s)))
         return true;
     }
   }
@@ -373,6 +402,7 @@ void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex 
       first = held.sample;
     }
   }
+  if (!m.crossings.empty()) m.join_curves(complex, modified, deleted);
   for (const SlotId s : deleted)
     if (complex.is_ghost(complex.slot(s))) m.index.erase(s);
   for (const SlotId s : modified)

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "build/boundary_pieces.hpp"
+#include "build/self_crossings.hpp"
 #include "build/working_complex.hpp"
 #include "error/triangle_distance.hpp"
 #include "mesh/box_tree.hpp"
@@ -28,9 +29,10 @@ enum class DomainError : std::uint8_t {
 
 class BoundarySurface {
 public:
-  /// `frozen`: vertices that cannot be represented are frozen too.
+  /// `frozen`: vertices that cannot be represented are frozen too. `crossing_curves`: as PreparedMesh has them.
   BoundarySurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
-                  std::vector<char>& frozen, DomainError domain_error = DomainError::kSampled);
+                  std::vector<char>& frozen, DomainError domain_error = DomainError::kSampled,
+                  std::span<const std::uint32_t> crossing_curves = {});
   ~BoundarySurface();
   BoundarySurface(const BoundarySurface&) = delete;
   BoundarySurface& operator=(const BoundarySurface&) = delete;
@@ -70,6 +72,7 @@ public:
     std::vector<PatchTriangle> fine_triangles_, coarse_triangles_;
     std::vector<std::array<Vertex, 3>> made_;
     std::vector<SlotId> hits_;
+    std::vector<SelfCrossings::Set> curves_;
   };
 
   /// Assigns the samples that the faces around vs hold to the faces that vs -> vd would leave; collapse_ok must have
@@ -84,7 +87,8 @@ public:
   [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit, Workspace& workspace) const;
   /// Of the last simulation, or bound where there are bounds; it is taken out of the workspace.
   static void take_handover(Workspace& workspace, Handover& handover);
-  /// Whether a face that vs -> vd would make meets another present face anywhere but where they join.
+  /// Whether a face that vs -> vd would make meets another present face anywhere but where they join, and not just as
+  /// the original does (self_crossings.hpp).
   /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                      std::span<const SlotId> modified, Workspace& workspace) const;

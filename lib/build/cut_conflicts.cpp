@@ -1,5 +1,6 @@
 #include "build/cut_conflicts.hpp"
 
+#include "build/self_crossings.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/face_plane.hpp"
 #include "ptet/error.hpp"
@@ -34,6 +35,7 @@ struct FineFace {
   BoundingBox box;
   Face face;
   FacePlane plane;
+  SelfCrossings::Set curves;
 };
 
 /// For each record others, in compressed rows.
@@ -76,6 +78,41 @@ Rows parents_of(const RecordStream& records) {
   return parents;
 }
 
+/// Of which curves the boundary faces are where the original crosses itself: by original ghost and by record, of whose
+/// faces all are of the same. As the builder's boundary surface found them.
+class CurvesOfFaces {
+public:
+  CurvesOfFaces(const PreparedMesh& prepared, const RecordStream& records)
+      : records_(records), crossings_(prepared.crossing_curves) {
+    if (crossings_.empty()) return;
+    const std::uint32_t first_made = records.original_tet_count + records.original_ghost_count;
+    maker_.reserve(records.versions.size() - first_made);
+    for (Record r = 0; r < records.size(); ++r) {
+      SelfCrossings::Set all = SelfCrossings::kNone;
+      for (const VersionId t : records.consumed(r))
+        if (Face face{}; face_of_ghost(records.versions[t.index()], face)) all = crossings_.join(all, of_ghost(t));
+      of_record_.push_back(all);
+      maker_.insert(maker_.end(), records.modified_count[r], r);
+    }
+  }
+  [[nodiscard]] SelfCrossings::Set of_ghost(VersionId t) const {
+    if (crossings_.empty()) return SelfCrossings::kNone;
+    const std::uint32_t ghost = t.index() - records_.original_tet_count;
+    if (ghost < records_.original_ghost_count) return crossings_.of_original(ghost);
+    return of_record_[maker_[ghost - records_.original_ghost_count]];
+  }
+  /// Whether faces of these curves, and those that the record made, may cross.
+  [[nodiscard]] bool share(SelfCrossings::Set curves, Record maker) const {
+    return !crossings_.empty() && crossings_.share(curves, of_record_[maker]);
+  }
+
+private:
+  const RecordStream& records_;
+  SelfCrossings crossings_;
+  std::vector<SelfCrossings::Set> of_record_;
+  std::vector<Record> maker_; ///< by version made
+};
+
 /// Marks on records, all taken away at once.
 class Marks {
 public:
@@ -106,7 +143,7 @@ private:
 class Conflicts {
 public:
   Conflicts(const PreparedMesh& prepared, const RecordStream& records)
-      : points_(prepared.points), records_(records), parents_(parents_of(records)),
+      : points_(prepared.points), records_(records), parents_(parents_of(records)), curves_(prepared, records),
         scratch_([&] { return Scratch(records.size()); }) {
     std::vector<BoundingBox> boxes;
     for (Record r = 0; r < records.size(); ++r) {
@@ -190,7 +227,7 @@ private:
     s.fine.clear();
     for (const VersionId t : records_.consumed(r))
       if (Face face{}; face_of_ghost(records_.versions[t.index()], face))
-        s.fine.push_back({box_of_face(face, points_), face, FacePlane(face, points_)});
+        s.fine.push_back({box_of_face(face, points_), face, FacePlane(face, points_), curves_.of_ghost(t)});
     if (s.fine.empty()) return;
     BoundingBox all;
     for (const FineFace& mine : s.fine) {
@@ -207,9 +244,10 @@ private:
       const auto& [face, maker] = made_[place];
       if (!s.open.has(maker)) return true;
       const BoundingBox box = box_of_face(face, points_);
-      return std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face](const FineFace& mine) {
+      return std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face, &maker = maker](const FineFace& mine) {
         return mine.box.meets(box) && !mine.plane.surely_misses(face, points_) &&
-               faces_meet_improperly(mine.face, face, points_);
+               faces_meet_improperly(mine.face, face, points_) &&
+               (share_vertex(mine.face, face) || !curves_.share(mine.curves, maker));
       });
     });
     open_makers(s);
@@ -252,6 +290,7 @@ private:
   const std::vector<Point>& points_;
   const RecordStream& records_;
   Rows parents_;
+  CurvesOfFaces curves_;
   std::vector<MadeFace> made_;            ///< in the order of the records
   std::vector<std::uint32_t> first_made_; ///< by record, and the end
   std::optional<BoxTree> tree_;           ///< of the made faces

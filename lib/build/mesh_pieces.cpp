@@ -82,9 +82,12 @@ MeshPiece MeshPieces::piece(std::uint32_t index, std::span<const std::uint32_t> 
     for (const VertexId v : in_piece)
       part.frozen[v.index()] = 1;
   }
-  for (const Face& face : prepared_.boundary_faces)
-    if (box.meets(box_of<3>({point(face[0]), point(face[1]), point(face[2])})))
-      part.boundary_faces.push_back({here(face[0]), here(face[1]), here(face[2])});
+  for (std::size_t f = 0; f < prepared_.boundary_faces.size(); ++f) {
+    const Face& face = prepared_.boundary_faces[f];
+    if (!box.meets(box_of<3>({point(face[0]), point(face[1]), point(face[2])}))) continue;
+    part.boundary_faces.push_back({here(face[0]), here(face[1]), here(face[2])});
+    if (!prepared_.crossing_curves.empty()) part.crossing_curves.push_back(prepared_.crossing_curves[f]);
+  }
   part.used_vertex_count = static_cast<std::uint32_t>(part.original_vertex.size());
   part.mesh.positions = gather(prepared_.mesh.positions, part.original_vertex);
   for (const std::uint32_t array : arrays)

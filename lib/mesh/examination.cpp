@@ -334,17 +334,18 @@ private:
   /// Where tets lie in tets of other parts: looked for along the boundary, where there is one that tells inside.
   void check_overlaps() {
     if (!out_.folded.empty() || !out_.faces.crowded.empty() || !out_.faces.duplicates.empty()) return;
-    const Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, [this] { look(); });
+    Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, [this] { look(); });
     const char* const then = "parts of the mesh overlap, and errors there are those of each part by itself";
     Tally crossing, within;
     for (const auto& pair : found.crossing)
-      crossing.add(std::array<std::uint64_t, 2>{tet_ids_[pair[0]], tet_ids_[pair[1]]});
+      crossing.add(std::array<std::uint64_t, 2>{tet_ids_[pair[0] / 4], tet_ids_[pair[1] / 4]});
     for (const std::uint32_t t : found.within)
       within.add(std::uint64_t{tet_ids_[t]});
     report(crossing, "crossing-boundary-faces", Severity::kWarning, "pair of boundary faces that cross, by their tets",
            "pairs of boundary faces that cross, by their tets", then);
     report(within, "overlapping-tets", Severity::kWarning, "tet at the boundary within other tets",
            "tets at the boundary within other tets", then);
+    out_.crossing = std::move(found.crossing);
   }
 
   static Face sorted(Face face) {

@@ -17,8 +17,9 @@ struct Examination {
   FaceTable faces;
   BoundarySurface boundary;
   VertexLinks links;
-  std::vector<HalfFace> folded;  ///< faces whose two tets are on the same side, one half-face of each
-  std::vector<Finding> findings; ///< in the order of the checks
+  std::vector<std::array<HalfFace, 2>> crossing; ///< boundary faces, see Overlaps
+  std::vector<HalfFace> folded;                  ///< faces whose two tets are on the same side, one half-face of each
+  std::vector<Finding> findings;                 ///< in the order of the checks
 };
 
 /// Throws Error(kCancelled) when `progress` returns false, Error(kLimit) for more tets than kMaxTets or more vertices

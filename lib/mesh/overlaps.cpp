@@ -13,10 +13,6 @@ namespace {
 
 using Corners = std::array<Point, 3>;
 
-bool share_vertex(const Face& s, const Face& t) {
-  return std::any_of(s.begin(), s.end(), [&](VertexId v) { return std::find(t.begin(), t.end(), v) != t.end(); });
-}
-
 /// Whether the segment from p to q surely goes through the inside of the triangle: +1 from its inner side to its outer
 /// side, -1 the other way; 0 when it surely does not, nothing when that is too close to tell.
 std::optional<int> passing(const Point& p, const Point& q, const Corners& t) {
@@ -122,7 +118,7 @@ private:
     return {points_[f[0].index()], points_[f[1].index()], points_[f[2].index()]};
   }
 
-  void find_crossing(std::uint32_t f, std::vector<std::array<std::uint32_t, 2>>& found) const {
+  void find_crossing(std::uint32_t f, std::vector<std::array<HalfFace, 2>>& found) const {
     const Corners s = corners(f);
     const FacePlane plane(boundary_.faces[f], points_);
     tree_.each_meeting(box_of(s), f + 1, [&](std::uint32_t other) {
@@ -134,7 +130,7 @@ private:
       for (std::size_t i = 0; i < 3 && !cross; ++i)
         cross = passing(s[i], s[(i + 1) % 3], t).value_or(0) != 0 || passing(t[i], t[(i + 1) % 3], s).value_or(0) != 0;
       if (!cross) return;
-      found.push_back({boundary_.half_faces[f] / 4, boundary_.half_faces[other] / 4}); // ascending
+      found.push_back({boundary_.half_faces[f], boundary_.half_faces[other]}); // ascending
     });
   }
 

@@ -18,9 +18,9 @@
 namespace ptet {
 
 struct Overlaps {
-  /// Pairs of tets with boundary faces that cross in their insides, the smaller one first; ascending. Faces with a
-  /// common vertex are not looked at, nor what floating-point numbers are not sure of.
-  std::vector<std::array<std::uint32_t, 2>> crossing;
+  /// Pairs of boundary faces that cross in their insides, the smaller half-face first; ascending. Faces with a common
+  /// vertex are not looked at, nor what floating-point numbers are not sure of.
+  std::vector<std::array<HalfFace, 2>> crossing;
   std::vector<std::uint32_t> within; ///< tets with a boundary face whose centroid other tets hold, too; ascending
 };
 

@@ -9,6 +9,7 @@
 
 #include "ptet/mesh.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
@@ -17,6 +18,10 @@ namespace ptet {
 
 /// A triangle by its vertices. Where it bounds a mesh, (b - a) x (c - a) points out of the mesh.
 using Face = std::array<VertexId, 3>;
+
+[[nodiscard]] inline bool share_vertex(const Face& s, const Face& t) {
+  return std::any_of(s.begin(), s.end(), [&](VertexId v) { return std::find(t.begin(), t.end(), v) != t.end(); });
+}
 
 namespace detail {
 /// The sign by exact arithmetic; what `orientation` falls back to.

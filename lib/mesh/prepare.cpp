@@ -99,6 +99,34 @@ std::vector<char> find_frozen(const Examination& found) {
   return frozen;
 }
 
+/// By boundary face, as PreparedMesh::crossing_curves. `boundary`: ascending, as `crossing` names them.
+std::vector<std::uint32_t> find_crossing_curves(const std::vector<HalfFace>& boundary,
+                                                const std::vector<std::array<HalfFace, 2>>& crossing) {
+  if (crossing.empty()) return {};
+  const auto face_at = [&](HalfFace h) {
+    return static_cast<std::uint32_t>(std::lower_bound(boundary.begin(), boundary.end(), h) - boundary.begin());
+  };
+  std::vector<std::uint32_t> first(boundary.size()); // of the faces on the same curve, in the end
+  std::iota(first.begin(), first.end(), 0U);
+  const auto first_of = [&](std::uint32_t f) {
+    while (first[f] != f)
+      f = first[f] = first[first[f]];
+    return f;
+  };
+  std::vector<char> crosses(boundary.size());
+  for (const auto& pair : crossing) {
+    const std::uint32_t a = face_at(pair[0]), b = face_at(pair[1]);
+    crosses[a] = crosses[b] = 1;
+    const auto [low, high] = std::minmax({first_of(a), first_of(b)});
+    first[high] = low;
+  }
+  std::vector<std::uint32_t> curve(boundary.size());
+  std::uint32_t count = 0;
+  for (std::uint32_t f = 0; f < boundary.size(); ++f)
+    if (crosses[f] != 0) curve[f] = first_of(f) == f ? ++count : curve[first_of(f)];
+  return curve;
+}
+
 } // namespace
 
 PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
@@ -138,9 +166,12 @@ PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
     mesh.tets[place[t]] = found.tets[t];
 
   std::vector<HalfFace> boundary = std::move(found.boundary.half_faces);
-  for (HalfFace& h : boundary)
-    h = 4 * place[h / 4] + h % 4;
+  const auto renumber = [&](HalfFace& h) { h = 4 * place[h / 4] + h % 4; };
+  std::for_each(boundary.begin(), boundary.end(), renumber);
   std::sort(boundary.begin(), boundary.end());
+  for (auto& pair : found.crossing)
+    std::for_each(pair.begin(), pair.end(), renumber);
+  prepared.crossing_curves = find_crossing_curves(boundary, found.crossing);
   prepared.boundary_faces.reserve(boundary.size());
   for (const HalfFace h : boundary)
     prepared.boundary_faces.push_back(face_of(mesh.tets, h));

@@ -26,7 +26,10 @@ struct PreparedMesh {
   /// vertex whose closed link is no sphere, or belongs to a tet at a folded face.
   std::vector<char> frozen;
   std::vector<Face> boundary_faces; ///< outward oriented, in the order of the tets they bound
-  std::vector<std::string> notes;   ///< a sentence for each kind of thing that was found and handled
+  /// By boundary face: which curve it is of, from 1 on, where the boundary crosses itself, or 0; empty when it nowhere
+  /// does. Faces that cross one another are of one curve, and so are all that they cross in turn.
+  std::vector<std::uint32_t> crossing_curves;
+  std::vector<std::string> notes; ///< a sentence for each kind of thing that was found and handled
 };
 
 /// Examines `mesh`, orients its tets, finds what must be frozen and renumbers all for locality.

@@ -10,8 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <random>
+#include <set>
+#include <utility>
 
 #include <catch2/catch.hpp>
 
@@ -24,8 +27,8 @@ struct Built {
   RecordStream records;
 };
 
-Built build_to_the_end(const TetMesh& mesh) {
-  Built built{prepare(mesh), {}};
+Built build_to_the_end(PreparedMesh prepared) {
+  Built built{std::move(prepared), {}};
   BuildOptions options;
   options.target_vertices = 0;
   options.max_domain_error = {1, true};
@@ -83,17 +86,6 @@ void for_each_near_pair(std::vector<Bounded> faces, Visit&& visit) {
     }
 }
 
-/// Pairs of boundary faces of the cut that meet elsewhere than in common vertices and edges.
-std::size_t crossings(const RecordStream& records, const std::vector<Point>& points,
-                      const std::vector<char>& is_split) {
-  std::size_t count = 0;
-  for_each_near_pair(faces_of(test::cut_mesh(records, is_split).ghosts, points),
-                     [&](const Bounded& a, const Bounded& b) {
-                       count += static_cast<std::size_t>(faces_meet_improperly(a.face, b.face, points));
-                     });
-  return count;
-}
-
 /// By version: the record that consumed it, or CutMesh::kOriginal.
 std::vector<std::size_t> consumers(const RecordStream& records) {
   std::vector<std::size_t> consumer(records.versions.size(), test::CutMesh::kOriginal);
@@ -101,6 +93,58 @@ std::vector<std::size_t> consumers(const RecordStream& records) {
     for (const VersionId t : records.consumed(r))
       consumer[t.index()] = r;
   return consumer;
+}
+
+/// Calls `visit` for the ghosts, as versions, of each pair of boundary faces of the cut that meet elsewhere than in
+/// common vertices and edges.
+template <class Visit>
+void for_each_crossing(const RecordStream& records, const std::vector<Point>& points, const std::vector<char>& is_split,
+                       Visit&& visit) {
+  const std::vector<std::size_t> maker = test::makers(records), consumer = consumers(records);
+  const auto is_there = [&](const Bounded& face) {
+    const std::size_t by = maker[face.version], to = consumer[face.version];
+    return (by == test::CutMesh::kOriginal || is_split[by] == 0) &&
+           (to == test::CutMesh::kOriginal || is_split[to] != 0);
+  };
+  std::vector<Bounded> faces = faces_of(records.versions, points);
+  std::erase_if(faces, [&](const Bounded& face) { return !is_there(face); });
+  for_each_near_pair(std::move(faces), [&](const Bounded& a, const Bounded& b) {
+    if (faces_meet_improperly(a.face, b.face, points)) visit(a.version, b.version);
+  });
+}
+
+std::size_t crossings(const RecordStream& records, const std::vector<Point>& points,
+                      const std::vector<char>& is_split) {
+  std::size_t count = 0;
+  for_each_crossing(records, points, is_split, [&](std::size_t, std::size_t) { ++count; });
+  return count;
+}
+
+/// By version: which curves it is of where the original's boundary crosses itself, itself or by what it stands for.
+std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records, const std::vector<Point>& points) {
+  std::vector<std::size_t> curve(records.versions.size()); // its smallest face, in the end
+  std::iota(curve.begin(), curve.end(), std::size_t{0});
+  std::vector<std::set<std::size_t>> curves(records.versions.size());
+  const std::vector<char> all(records.size(), 1);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for_each_crossing(records, points, all, [&](std::size_t f, std::size_t g) {
+      changed |= curve[f] != curve[g];
+      curve[f] = curve[g] = std::min(curve[f], curve[g]);
+    });
+  }
+  for_each_crossing(records, points, all, [&](std::size_t f, std::size_t g) {
+    curves[f] = {curve[f]};
+    curves[g] = {curve[g]};
+  });
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    std::set<std::size_t> sum;
+    for (const VersionId t : records.consumed(r))
+      sum.insert(curves[t.index()].begin(), curves[t.index()].end());
+    for (std::uint32_t m = 0; m < records.modified_count[r]; ++m)
+      curves[records.coarse_begin[r].index() + m] = sum;
+  }
+  return curves;
 }
 
 /// Pairs of all the boundary faces there ever were that meet improperly and that some closed cut holds both of.
@@ -213,6 +257,28 @@ std::size_t check_each_is_needed(const Built& built, std::size_t most) {
   return looked_at;
 }
 
+/// Two boxes that reach into one another, and a thin plate close above the second one that touches neither.
+TetMesh reaching_bodies() {
+  std::vector<Point> positions;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  const auto add = [&](const test::GridOptions& options, const Point& at) {
+    const TetMesh body = test::grid(options);
+    const auto first = static_cast<std::uint32_t>(positions.size());
+    for (std::uint32_t v = 0; v < body.vertex_count(); ++v) {
+      const Point p = body.position(VertexId{v});
+      positions.push_back({p[0] + at[0], p[1] + at[1], p[2] + at[2]});
+    }
+    for (const Tet& t : body.tets)
+      tets.push_back({first + t[0].index(), first + t[1].index(), first + t[2].index(), first + t[3].index()});
+  };
+  add({{9, 8, 6}, {}, 2, 1}, {0, 0, 0});
+  add({{9, 8, 6}, {}, 2, 2}, {103.3, 21.7, -41.9});
+  add({{6, 8, 1}, {}, 2, 3}, {9 * 16 + 4.5, 21.7, 6 * 16 - 41.9 + 4.5});
+  TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+  test::add_test_fields(mesh);
+  return mesh;
+}
+
 /// Two sheets of one layer of cells, a small gap apart, waved alike, joined along one side.
 TetMesh double_sheet(int cells, double gap, double wave) {
   const TetMesh flat = test::grid({{cells, cells, 3}, [](int x, int, int z) { return z != 1 || x == 0; }, 0, 1});
@@ -246,7 +312,7 @@ TEST_CASE("cuts of thin double sheets do not cross themselves") {
   for (const double gap : {1.0, 4.0})
     for (const double wave : {0.0, 8.0, 20.0}) {
       INFO("gap " << gap << ", wave " << wave);
-      const Built built = build_to_the_end(double_sheet(14, gap, wave));
+      const Built built = build_to_the_end(prepare(double_sheet(14, gap, wave)));
       CHECK(built.records.validate().empty());
       REQUIRE(crossings(built.records, built.prepared.points, std::vector<char>(built.records.size(), 1)) == 0);
       const Tally tally = try_cuts(built, 30, random);
@@ -260,6 +326,38 @@ TEST_CASE("cuts of thin double sheets do not cross themselves") {
   CHECK(dependencies > 0);
   CHECK(crossed_without > 0);
   CHECK(pairs_without > dependencies);
+}
+
+//      ________________
+//     |  first         | ~~~~~~~~~~~~  plate
+//     |           _____|____________
+//     |__________|_____|    second  |     The plate lies close to where the boxes cross, and crosses nothing.
+//                |__________________|
+TEST_CASE("cuts cross themselves only where the input does") {
+  const Built built = build_to_the_end(prepare(reaching_bodies()));
+  CHECK(built.records.validate().empty());
+  // What crosses in the input holds nothing up: a tet of each body is left.
+  CHECK(built.prepared.used_vertex_count - built.records.size() == 12);
+  PreparedMesh all_forbidden = built.prepared;
+  all_forbidden.crossing_curves.clear();
+  CHECK(all_forbidden.used_vertex_count - build_to_the_end(all_forbidden).records.size() > 80);
+
+  const std::vector<std::set<std::size_t>> curves = inherited_curves(built.records, built.prepared.points);
+  std::mt19937 random(31);
+  std::size_t crossed = 0;
+  for (int i = 0; i < 40; ++i) {
+    std::vector<char> is_split = i % 4 == 3 ? scattered(built, random) : checkerboard(built, random);
+    if (i == 0) std::fill(is_split.begin(), is_split.end(), 0);
+    test::close_cut(built.records, is_split);
+    for_each_crossing(built.records, built.prepared.points, is_split, [&](std::size_t f, std::size_t g) {
+      ++crossed;
+      std::vector<std::size_t> both;
+      std::set_intersection(curves[f].begin(), curves[f].end(), curves[g].begin(), curves[g].end(),
+                            std::back_inserter(both));
+      CHECK_FALSE(both.empty());
+    });
+  }
+  CHECK(crossed > 100);
 }
 
 TEST_CASE("dependencies and squared errors are the same on any number of threads") {
@@ -288,7 +386,7 @@ TEST_CASE("cuts of thin real parts do not cross themselves") {
       continue;
     }
     INFO(name);
-    const Built built = build_to_the_end(read_mesh(*path));
+    const Built built = build_to_the_end(prepare(read_mesh(*path)));
     const Tally tally = try_cuts(built, 12, random);
     CHECK(tally.crossings == 0);
     check_each_is_needed(built, 4);

@@ -18,11 +18,14 @@ using Tets = std::vector<std::array<Vertex, 4>>;
 namespace {
 
 struct Moving {
-  explicit Moving(Fixture f) : fixture(std::move(f)), frozen(fixture.points.size(), 0) {}
+  /// `crossing_curves`: by boundary face.
+  explicit Moving(Fixture f, std::vector<std::uint32_t> crossing_curves = {})
+      : fixture(std::move(f)), frozen(fixture.points.size(), 0), curves(std::move(crossing_curves)) {}
 
   Fixture fixture;
   std::vector<char> frozen;
-  build::BoundarySurface surface{fixture.complex, fixture.points, 10, frozen};
+  std::vector<std::uint32_t> curves;
+  build::BoundarySurface surface{fixture.complex, fixture.points, 10, frozen, build::DomainError::kSampled, curves};
   build::BoundarySurface::Workspace workspace{surface};
 
   bool would_intersect(Vertex vs, Vertex vd) {
@@ -200,6 +203,38 @@ TEST_CASE("boundary: a surface that would cross or touch another sheet", "[build
   CHECK(Moving(spike_over_a_dent(-0.2)).would_intersect(0, 2));
   CHECK(Moving(spike_over_a_dent(0)).would_intersect(0, 2)); // the spike's end in the new face
   CHECK_FALSE(Moving(spike_over_a_dent(0.001)).would_intersect(0, 2));
+}
+
+TEST_CASE("boundary: what crosses another sheet already may cross it anew", "[build][boundary]") {
+  // One number for each face of the body's vertices: of which curve it is.
+  using Curves = std::array<std::uint32_t, 2>;
+  const auto intersects = [](const Curves& of_roof, std::uint32_t of_spike) {
+    Fixture f = spike_over_a_dent(-0.2);
+    std::vector<std::uint32_t> curves;
+    for (SlotId s = 0; s < f.complex.slot_count(); ++s) {
+      const build::Slot& slot = f.complex.slot(s);
+      if (!f.complex.is_ghost(slot)) continue;
+      const auto holds = [&](Vertex v) { return std::find(slot.v.begin(), slot.v.end(), v) != slot.v.end(); };
+      const bool is_spike = std::any_of(slot.v.begin(), slot.v.end(), [&](Vertex v) { return v >= 6 && v < 10; });
+      curves.push_back(is_spike ? of_spike : holds(0) ? of_roof[holds(2) && holds(3) ? 0 : 1] : 0);
+    }
+    return Moving(std::move(f), std::move(curves)).would_intersect(0, 4);
+  };
+  CHECK(intersects({0, 0}, 0));
+  CHECK_FALSE(intersects({1, 1}, 1));
+  CHECK_FALSE(intersects({1, 0}, 1)); // any face of the star is enough, also where the new one is made of another
+  CHECK(intersects({1, 1}, 2));       // the spike crosses something else
+  CHECK(intersects({1, 1}, 0));
+  CHECK(intersects({0, 0}, 1));
+}
+
+TEST_CASE("boundary: a crossing elsewhere does not let a surface fold over itself", "[build][boundary]") {
+  Fixture f = tent(1);
+  f.points[2] = {3, 0, 0};
+  f.points[3] = {0.1, 0.5, 0};
+  f.points[4] = {-1, 3, 0};
+  f.points[5] = {-1, -1, 0};
+  CHECK(Moving(std::move(f), std::vector<std::uint32_t>(8, 1)).would_intersect(0, 2));
 }
 
 TEST_CASE("boundary: in its own plane a surface meets nothing new", "[build][boundary]") {

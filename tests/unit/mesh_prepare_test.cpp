@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <set>
 
 #include <catch2/catch.hpp>
 
@@ -208,6 +209,48 @@ TEST_CASE("prepare keeps unused points, last and in their order", "[prepare]") {
   CHECK(prepared.used_vertex_count == 4);
   CHECK(prepared.original_vertex[4] == VertexId{0});
   CHECK(prepared.original_vertex[5] == VertexId{5});
+}
+
+// Three spikes through two plates: one plate is pierced by two of them, one by the third.
+//
+//       a   b           c
+//     --|---|--       --|--         Faces of a, of b and of the plate are of one curve, as the plate's two faces meet
+//       |   |           |           both; c and the other plate are of another.
+TEST_CASE("prepare tells along which curves the boundary crosses itself", "[prepare]") {
+  std::vector<Point> points;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  const auto add = [&](const std::array<Point, 4>& corners) {
+    const auto first = static_cast<std::uint32_t>(points.size());
+    points.insert(points.end(), corners.begin(), corners.end());
+    tets.push_back({first, first + 1, first + 2, first + 3});
+  };
+  const auto spike = [&](double x, double y) {
+    add({{{x, y, -3}, {x - 0.1, y - 0.1, 3}, {x + 0.2, y - 0.1, 3}, {x, y + 0.3, 3}}});
+  };
+  const auto plate = [&](double x) { add({{{x - 4, -4, 0}, {x + 4, -4, 0}, {x, 6, 0}, {x, -2, -0.7}}}); };
+  plate(0);
+  spike(-0.5, 0.31);
+  spike(0.7, 0.37);
+  plate(20);
+  spike(20.3, 0.33);
+  const PreparedMesh prepared = prepare(make_mesh(points, tets));
+  REQUIRE(prepared.crossing_curves.size() == prepared.boundary_faces.size());
+  std::array<std::set<std::uint32_t>, 5> curves_of_body; // but 0
+  for (std::size_t f = 0; f < prepared.boundary_faces.size(); ++f)
+    if (prepared.crossing_curves[f] != 0)
+      curves_of_body.at(prepared.original_vertex[prepared.boundary_faces[f][0].index()].index() / 4)
+          .insert(prepared.crossing_curves[f]);
+  for (const auto& curves : curves_of_body)
+    CHECK(curves.size() == 1);
+  CHECK(curves_of_body[1] == curves_of_body[0]);
+  CHECK(curves_of_body[2] == curves_of_body[0]);
+  CHECK(curves_of_body[4] == curves_of_body[3]);
+  CHECK(curves_of_body[3] != curves_of_body[0]);
+  CHECK(*std::max_element(prepared.crossing_curves.begin(), prepared.crossing_curves.end()) == 2);
+  // The caps of the spikes cross nothing.
+  CHECK(std::count(prepared.crossing_curves.begin(), prepared.crossing_curves.end(), 0) >= 3);
+
+  CHECK(prepare(test::pinched_vertex()).crossing_curves.empty());
 }
 
 TEST_CASE("prepare refuses what validate calls an error, in its words", "[prepare]") {
