@@ -1,6 +1,7 @@
 #include "formats/ptet/layout.hpp"
 
 #include "formats/ptet/archive.hpp"
+#include "formats/ptet/box_grid.hpp"
 #include "formats/ptet/planes.hpp"
 
 #include <algorithm>
@@ -22,16 +23,27 @@ double get_finite(ByteReader& in, std::string_view name) {
   return value;
 }
 
+constexpr std::array<const char*, 3> kBoxMin = {"box_min x", "box_min y", "box_min z"};
+constexpr std::array<const char*, 3> kBoxMax = {"box_max x", "box_max y", "box_max z"};
+
 void get_box(ByteReader& in, Point& least, Point& greatest) {
-  static constexpr std::array<const char*, 6> kNames = {"box_min x", "box_min y", "box_min z",
-                                                        "box_max x", "box_max y", "box_max z"};
   for (std::size_t i = 0; i < 3; ++i)
-    least[i] = get_finite(in, kNames[i]);
+    least[i] = get_finite(in, kBoxMin[i]);
   for (std::size_t i = 0; i < 3; ++i)
-    greatest[i] = get_finite(in, kNames[i + 3]);
+    greatest[i] = get_finite(in, kBoxMax[i]);
   for (std::size_t i = 0; i < 3; ++i) {
     if (least[i] > greatest[i]) in.violate("a bounding box ends before it begins");
+    if (!std::isfinite(greatest[i] - least[i])) in.fail("a side of the bounding box is not finite");
   }
+}
+
+void get_box_on_grid(ByteReader& in, const BoxGrid& grid, BlockInfo& info) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    info.box_min[axis] = grid.at(axis, in.get<std::uint16_t>(kBoxMin[axis]));
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    info.box_max[axis] = grid.at(axis, in.get<std::uint16_t>(kBoxMax[axis]));
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (info.box_min[axis] > info.box_max[axis]) in.violate("a block's bounding box ends before it begins");
 }
 
 template <class T>
@@ -221,9 +233,10 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
       1 + static_cast<std::size_t>(std::count_if(header.arrays.begin(), header.arrays.end(),
                                                  [](const ArrayInfo& array) { return array.governing; }));
   const std::size_t squared = header.has_squared_errors ? codes - 1 : 0;
-  const std::size_t least_row_bytes = 3 + 8 + 48 + 4 * codes + 2 + 8 * squared + 1;
+  const std::size_t least_row_bytes = 3 + 8 + 12 + 4 * codes + 2 + 8 * squared + 1;
   if (header.block_count > in.remaining() / least_row_bytes) in.fail("it is too short for its number of blocks");
   std::vector<TableRow> rows(header.block_count);
+  const BoxGrid grid(header.box_min, header.box_max);
   std::uint64_t offset = blocks.offset, records = 0, versions = 0;
   const std::uint64_t end = blocks.offset + blocks.stored_bytes;
   for (std::uint32_t b = 0; b < header.block_count; ++b) {
@@ -246,7 +259,7 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
       in.fail("a block has too few bytes for its records");
     }
     row.hash = in.get<std::uint64_t>("hash");
-    get_box(in, info.box_min, info.box_max);
+    get_box_on_grid(in, grid, info);
     for (std::size_t i = 0; i < codes; ++i) {
       info.max_error.push_back(in.get<std::uint16_t>("max_error"));
       if (info.max_error.back() > kMaxErrorCode) in.violate("max_error is out of range");

@@ -118,7 +118,8 @@ void put_header(ByteWriter& out, const FixedHeader& fixed);
 void put_footer(ByteWriter& out, const Footer& footer);
 void put_directory(ByteWriter& out, const std::vector<Section>& sections);
 void put_arrays(ByteWriter& out, const Header& header, const std::vector<DecimalDigits>& digits);
-void put_table(ByteWriter& out, const std::vector<TableRow>& rows);
+/// The boxes of the rows are rounded outwards, and must lie in the header's.
+void put_table(ByteWriter& out, const Header& header, const std::vector<TableRow>& rows);
 void put_manifest(ByteWriter& out, const Manifest& manifest);
 void put_base(ByteWriter& out, const PointArray& positions, const std::vector<PointArray>& arrays,
               std::uint32_t vertex_count, const std::vector<Tet>& tets);

@@ -1,3 +1,4 @@
+#include "formats/ptet/box_grid.hpp"
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/planes.hpp"
 
@@ -87,13 +88,17 @@ void put_arrays(ByteWriter& out, const Header& header, const std::vector<Decimal
   }
 }
 
-void put_table(ByteWriter& out, const std::vector<TableRow>& rows) {
+void put_table(ByteWriter& out, const Header& header, const std::vector<TableRow>& rows) {
+  const BoxGrid grid(header.box_min, header.box_max);
   for (const TableRow& row : rows) {
     out.put_varint(row.info.stored_bytes);
     out.put_varint(row.info.record_count);
     out.put_varint(row.version_count);
     out.put(row.hash);
-    put_box(out, row.info.box_min, row.info.box_max);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      out.put(grid.below(axis, row.info.box_min[axis]));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      out.put(grid.above(axis, row.info.box_max[axis]));
     for (const ErrorCode16 code : row.info.max_error)
       out.put(code);
     for (const ErrorCode16 code : row.info.max_own)

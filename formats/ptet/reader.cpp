@@ -1,5 +1,6 @@
 #include "formats/ptet/reader.hpp"
 
+#include "formats/ptet/box_grid.hpp"
 #include "formats/ptet/reader_decoding.hpp"
 #include "formats/ptet/record_runs.hpp"
 
@@ -165,6 +166,18 @@ void Reader::check_record(RecordId r, std::uint32_t block, const Content& conten
       }
     }
   }
+}
+
+bool Reader::is_box_of(const BlockInfo& info, const Point& least, const Point& greatest) const {
+  const BoxGrid grid(header_.box_min, header_.box_max);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // Where a star leaves the mesh's box no place is around it.
+    if (info.box_min[axis] > least[axis] || info.box_max[axis] < greatest[axis] ||
+        info.box_min[axis] != grid.at(axis, grid.below(axis, least[axis])) ||
+        info.box_max[axis] != grid.at(axis, grid.above(axis, greatest[axis])))
+      return false;
+  }
+  return true;
 }
 
 void Reader::check_block(std::uint32_t block, const Content& content) const {
@@ -379,7 +392,7 @@ void Reader::Batch::check(const Content& content) const {
       if (block.versions != reader.decoding_->rows[block.block].version_count) {
         reader.violated({"a block makes fewer tets than the table says", info.offset, block.block, {}, {}});
       }
-      if (block.least != info.box_min || block.greatest != info.box_max) {
+      if (!reader.is_box_of(info, block.least, block.greatest)) {
         reader.violated({"a block's bounding box is not that of the table", info.offset, block.block, {}, {}});
       }
       reader.check_block(block.block, content);

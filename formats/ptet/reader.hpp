@@ -51,7 +51,7 @@ struct BlockInfo {
   std::uint64_t stored_bytes = 0;
   std::uint32_t first_record = 0;
   std::uint32_t record_count = 0;
-  Point box_min{}; ///< of the stars of all its records
+  Point box_min{}; ///< around the stars of all its records
   Point box_max{};
   /// Largest monotone error codes of its records: one per governing field, then the domain's.
   std::vector<ErrorCode16> max_error;
@@ -157,6 +157,8 @@ private:
   struct Batching;
   void check_record(RecordId r, std::uint32_t block, const Content& content) const;
   void check_block(std::uint32_t block, const Content& content) const;
+  /// Whether the table's box is that around the stars of its records, which reach from `least` to `greatest`.
+  [[nodiscard]] bool is_box_of(const BlockInfo& info, const Point& least, const Point& greatest) const;
   void check_whole(const Content& content) const;
   void violated(Violation violation) const;
   void claim(std::uint64_t bytes, const char* what);

@@ -243,9 +243,11 @@ void Encoding::make_base() {
     if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
     for (VertexId& v : tet)
       v = order_.file_vertex[v.index()];
-    // An even permutation brings the least vertex to the front.
+    // Even permutations bring the least vertex to the front and the least of the others behind it.
     const auto least = static_cast<std::size_t>(std::min_element(tet.begin(), tet.end()) - tet.begin());
-    base_tets_.push_back({tet[least], tet[least ^ 1U], tet[least ^ 2U], tet[least ^ 3U]});
+    tet = {tet[least], tet[least ^ 1U], tet[least ^ 2U], tet[least ^ 3U]};
+    std::rotate(tet.begin() + 1, std::min_element(tet.begin() + 1, tet.end()), tet.end());
+    base_tets_.push_back(tet);
   }
   std::sort(base_tets_.begin(), base_tets_.end());
   fixed_.header.base_tet_count = static_cast<std::uint32_t>(base_tets_.size());
@@ -452,7 +454,7 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
   }
   put_manifest(manifest_bytes, manifest);
   add(SectionKind::kManifest, manifest_bytes.bytes());
-  put_table(table, rows_);
+  put_table(table, fixed_.header, rows_);
   add(SectionKind::kTable, table.bytes());
 
   const std::uint64_t directory_offset = file.size();

@@ -14,6 +14,7 @@ import itertools
 import math
 import operator
 import struct
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from types import SimpleNamespace
 
@@ -31,7 +32,7 @@ pattern = lambda x: struct.unpack("<Q", struct.pack("<d", x))[0]
 minus = lambda a, b: (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 cross = lambda a, b: (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 dot = lambda a, b: a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-finite_box = lambda box: all(map(math.isfinite, box)) and all(box[i] <= box[i + 3] for i in range(3))
+finite_box = lambda box: all(map(math.isfinite, box)) and all(0 <= box[i + 3] - box[i] < math.inf for i in range(3))
 known_type = lambda kind, digits: kind < 10 and max(digits) <= {8: 7, 9: 12}.get(kind, 0)
 
 
@@ -79,6 +80,9 @@ class PtetFile:
                 and 1 <= self.records_per_block <= 4096, "a count of the header")
         require(known_type(self.kind, self.digits) and finite_box(box) and 0 <= self.diagonal < math.inf
                 and 0 <= self.volume < math.inf and (self.volume or not self.squared), "a type or scale of the header")
+
+        sides = zip(box[:3], box[3:])
+        self.grid = [[low + i * ((high - low) / 65535) for i in range(65535)] + [high] for low, high in sides]
 
     def read_directory(self):
         start, count, reserved, stated, size, magic = struct.unpack("<Q2I2Q8s", self.data[-40:])
@@ -136,7 +140,8 @@ class PtetFile:
                     and n * self.vertex_bytes <= 256 * size, "a count of the table")
             block = SimpleNamespace(number=number, first=first, records=range(first, first + n), versions=made, at=at,
                                     size=size, loaded=False, needs=[])
-            block.hash, *block.box = data.get("Q6d")
+            block.hash, *places = data.get("Q6H")
+            block.box = [self.grid[i % 3][place] for i, place in enumerate(places)]
             block.max_error = list(data.get(f"{self.codes}H"))
             *block.max_own, block.max_order = data.get(f"{self.codes}HH")
             block.squared = data.get(f"{self.governing * self.squared}d")
@@ -234,7 +239,10 @@ class PtetFile:
         around = {x for t in made for x in self.corners[t]} - {self.w}
         points = np.array([self.point(x) for x in around])
         require(block.versions == len(made), "version_count of the table")
-        require(block.box == [*points.min(axis=0), *points.max(axis=0)], "a box of the table")
+        least, greatest = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        require(all(grid[0] <= a <= b <= grid[-1] for grid, a, b in zip(self.grid, least, greatest)), "a vertex outside")
+        require(block.box == [grid[bisect_right(grid, x) - 1] for grid, x in zip(self.grid, least)]
+                + [grid[bisect_left(grid, x)] for grid, x in zip(self.grid, greatest)], "a box of the table")
         require(block.max_error == [max(codes) for codes in zip(*(record.monotone for record in records))]
                 and block.max_own == [max(codes) for codes in zip(*(record.own for record in records))]
                 and block.max_order == max(record.order for record in records), "a largest code of the table")

@@ -281,7 +281,7 @@ class Parts:
             for _ in range(3):
                 data.varint()
             self.rows.append(len(self["table"]) - len(data.left))
-            data.take(8 + 48 + 4 * len(block.max_error) + 2 + 8 * len(block.squared))
+            data.take(8 + 12 + 4 * len(block.max_error) + 2 + 8 * len(block.squared))
             for _ in range(data.varint()):
                 data.varint()
 
@@ -365,6 +365,7 @@ VIOLATIONS = {
     "decimal digits of positions": in_header("B", 51, 8),
     "box that ends before it begins": in_header("d", 56, 2.0),
     "box with NaN": in_header("d", 56, math.nan),
+    "box without an end": lambda parts: [in_header("d", at, x)(parts) for at, x in ((56, -1.5e308), (80, 1.5e308))],
     "negative diagonal": in_header("d", 104, -1.0),
     "no volume, but squared errors": in_header("d", 112, 0.0),
     "reserved field of the footer": lambda parts: setattr(parts, "footer_reserved", 1),
@@ -389,16 +390,16 @@ VIOLATIONS = {
     "corner that is no vertex": in_section("base", "B", -96, one_more),
     "corner that is there twice": in_section("base", "I", -72, 0),
     "number of manifest options": lambda parts: parts["manifest"].__setitem__(slice(-2, None), b"\xff\x7f"),
-    "box of a block": in_row("d", 8, lambda x: x - 1),
-    "box of a block with NaN": in_row("d", 8, math.nan),
-    "largest error of a block": in_row("H", 56, one_more),
-    "largest error out of range": in_row("H", 58, 2048),
-    "largest own error of a block too small": in_row("H", 60, lambda x: x - 1),
-    "largest own error above the largest error": in_row("H", 62, 2047),
-    "largest order code out of range": in_row("H", 64, 768),
-    "squared error of a block": in_row("d", 66, lambda x: 2 * x),
-    "squared error out of range": in_row("d", 66, math.inf),
-    "block that needs itself": in_row("H", 74, 0x0001),
+    "box of a block too small": in_row("H", 8, one_more),
+    "box of a block that ends before it begins": in_row("H", 14, 0),
+    "largest error of a block": in_row("H", 20, one_more),
+    "largest error out of range": in_row("H", 22, 2048),
+    "largest own error of a block too small": in_row("H", 24, lambda x: x - 1),
+    "largest own error above the largest error": in_row("H", 26, 2047),
+    "largest order code out of range": in_row("H", 28, 768),
+    "squared error of a block": in_row("d", 30, lambda x: 2 * x),
+    "squared error out of range": in_row("d", 30, math.inf),
+    "block that needs itself": in_row("H", 38, 0x0001),
     "generation": in_section("blocks", "B", 0, 5),
     "generation of no record": in_section("blocks", "B", 0, 127),
     "run without records": in_section("blocks", "B", 1, 0),

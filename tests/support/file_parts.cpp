@@ -39,8 +39,9 @@ std::vector<file::TableRow> FileParts::rows() {
 }
 
 void FileParts::set_rows(const std::vector<file::TableRow>& rows) {
+  file::ByteReader header_reader(header, "header", 0);
   file::ByteWriter out;
-  file::put_table(out, rows);
+  file::put_table(out, file::parse_header(header_reader).header, rows);
   of(file::SectionKind::kTable) = out.take();
 }
 

@@ -133,6 +133,18 @@ TEST_CASE("verification: nothing is found in a sound file") {
   CHECK(found.empty());
 }
 
+TEST_CASE("verification: a box of the header that is not the mesh's") {
+  // The boxes of the blocks are stated in it, so they are wrong, too.
+  const Bytes wrong = with_header(sample_file(), [](Bytes& h) { put(h, 56, -1e6); });
+  const Found found = verify(wrong);
+  INFO(list_of(found));
+  REQUIRE(found.size() > 1);
+  CHECK(std::all_of(found.begin(), found.end() - 1,
+                    [](const auto& v) { return v.what.find("a block's bounding box is not") == 0; }));
+  CHECK(found.back().what.find("bounding box of the header") != std::string::npos);
+  CHECK(found.back().offset == 56);
+}
+
 TEST_CASE("verification: each way to break the layout is found, alone, with its place") {
   const Bytes good = sample_file();
   using Kind = file::SectionKind;
@@ -147,7 +159,6 @@ TEST_CASE("verification: each way to break the layout is found, alone, with its 
   ways.push_back({"header's hash", 0, damaged});
   ways.push_back({"reserved is 5", {}, with_header(good, [](Bytes& h) { put<std::uint32_t>(h, 12, 5); })});
   ways.push_back({"reserved flag is set", {}, with_header(good, [](Bytes& h) { put<std::uint16_t>(h, 54, 0x11); })});
-  ways.push_back({"bounding box of the header", 56, with_header(good, [](Bytes& h) { put(h, 56, -1e6); })});
   ways.push_back({"number of tets of the header", 0,
                   with_header(good, [](Bytes& h) { put<std::uint32_t>(h, 28, get<std::uint32_t>(h, 28) - 1); })});
   damaged = good;
@@ -274,7 +285,7 @@ TEST_CASE("verification: a table that is not that of its blocks") {
     std::function<void(file::BlockInfo&)> change;
   };
   const Way ways[] = {
-      {"bounding box is not", [](file::BlockInfo& b) { b.box_min[1] -= 1; }},
+      {"bounding box is not", [](file::BlockInfo& b) { b.box_min[1] = b.box_max[1]; }},
       {"errors are not those", [](file::BlockInfo& b) { b.max_error[0] += 1; }},
       {"own errors are not those", [](file::BlockInfo& b) { b.max_own[0] -= 1; }},
       {"squared errors are not", [](file::BlockInfo& b) { b.squared_error[0] += 1; }},
@@ -336,7 +347,7 @@ TEST_CASE("verification: a damaged block leaves the others to be looked at") {
       std::find_if(rows.begin(), rows.end(), [&](const file::TableRow& row) { return row.info.needs.empty(); }) -
       rows.begin());
   if (other != chosen.needed && other != chosen.leaf) {
-    changed[other].info.box_max[0] += 1;
+    changed[other].info.box_max[0] = changed[other].info.box_min[0];
     parts.set_rows(changed);
   }
   std::vector<std::string> notes;
@@ -354,7 +365,7 @@ TEST_CASE("verification: many findings in one file, all of them") {
   parts.sections.push_back({77, file::kMandatory, 0, 0, 0, 0});
   parts.raw.push_back(Bytes(5, std::byte{42}));
   auto rows = parts.rows();
-  rows[0].info.box_min[2] -= 1;
+  rows[0].info.box_min[2] = rows[0].info.box_max[2];
   rows[1].info.squared_error[1] += 1;
   rows[2].info.max_error.back() += 1;
   parts.set_rows(rows);
