@@ -22,11 +22,13 @@ struct Manifest {
     archive& tool_version& source_name& source_hash& options& notes;
   }
 
-  /// Whether the build has measured the errors everywhere, so that they are bounds; else they are what it has seen.
-  [[nodiscard]] bool states_bounds() const {
-    return std::find(options.begin(), options.end(), std::pair<std::string, std::string>{"evaluate", "exact"}) !=
-           options.end();
+  [[nodiscard]] bool has_option(const std::string& name, const std::string& value) const {
+    return std::find(options.begin(), options.end(), std::pair(name, value)) != options.end();
   }
+  /// Whether the build has measured the errors everywhere, so that they are bounds; else they are what it has seen.
+  [[nodiscard]] bool states_bounds() const { return has_option("evaluate", "exact"); }
+  /// Whether the original is the input with its points welded.
+  [[nodiscard]] bool is_welded() const { return has_option("weld", "yes"); }
 
   friend bool operator==(const Manifest&, const Manifest&) = default;
 };

@@ -14,8 +14,9 @@ namespace ptet {
 
 /// What was read, for the user: nothing that was left out or renamed goes unsaid.
 struct ReadReport {
-  std::string format;             ///< "VTU", "PVTU", "legacy VTK" or "Exodus"
-  std::vector<std::string> notes; ///< one sentence each: cells split or skipped, arrays renamed or not carried
+  std::string format;                  ///< "VTU", "PVTU", "legacy VTK" or "Exodus"
+  std::vector<std::string> more_files; ///< the pieces of a PVTU
+  std::vector<std::string> notes;      ///< one sentence each: cells split or skipped, arrays renamed or not carried
 };
 
 /// Reads the mesh in `path`: VTU, PVTU, legacy VTK or Exodus, told apart by the contents and not by the ending.

@@ -430,12 +430,15 @@ void read_vtu(const Source& source, Assembler& assembler) {
 }
 
 void read_pvtu(const Source& source, Assembler& assembler) {
-  const int pieces = each_piece(source, assembler, [&](const Source& piece) { read_vtu(piece, assembler); });
+  const int pieces = each_piece(source, assembler, [&](const Source& piece) {
+    source.report.more_files.push_back(piece.path);
+    read_vtu(piece, assembler);
+  });
   if (pieces > 1)
     source.report.notes.push_back(
         "joined " + grouped(static_cast<std::uint64_t>(pieces)) +
         " pieces; points that they share are kept apart, as they are in the files: where they "
-        "touch is boundary and cannot get much coarser. Weld such points before a build");
+        "touch is boundary and cannot get much coarser, unless they are welded (ptet build --weld)");
 }
 
 void measure_vtu(const Source& source, AnnouncedMesh& announced) {

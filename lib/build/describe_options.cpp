@@ -29,6 +29,7 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
     described.emplace_back("objective", name_of(options.objective));
   described.emplace_back("max-star", std::to_string(options.max_star));
   described.emplace_back("round-fraction", number_text(options.round_fraction));
+  if (options.weld) described.emplace_back("weld", "yes");
   if (options.keep_order) described.emplace_back("keep-order", "yes");
   if (options.pieces > 1) described.emplace_back("pieces", std::to_string(options.pieces));
   return described;

@@ -194,6 +194,10 @@ ptet_status ptet_builder_set_memory_limit(ptet_builder* builder, uint64_t bytes,
   return change(builder, error, [&](ptet_builder& to) { to.options.memory_limit = bytes; });
 }
 
+ptet_status ptet_builder_set_weld(ptet_builder* builder, int32_t weld, ptet_error** error) {
+  return change(builder, error, [&](ptet_builder& to) { to.options.weld = weld != 0; });
+}
+
 ptet_status ptet_builder_set_keep_order(ptet_builder* builder, int32_t keep_order, ptet_error** error) {
   return change(builder, error, [&](ptet_builder& to) { to.options.keep_order = keep_order != 0; });
 }

@@ -228,6 +228,7 @@ static void test_builder(void) {
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_threads(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_memory_limit(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_pieces(NULL, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_weld(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_keep_order(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_source(NULL, "a", "b", &error));
   CHECK(ptet_builder_set_threads(NULL, 1, NULL) == PTET_BAD_ARGUMENT); /* nobody wants the error */
@@ -667,6 +668,7 @@ static void test_input_order(const ptet_dataset* without) {
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_input_order(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "order", ptet_dataset_extract(without, request, NULL, NULL, &extraction, &error));
   ptet_builder* builder = quick_builder();
+  SUCCEEDS(ptet_builder_set_weld(builder, 1, &error)); /* no two are alike */
   SUCCEEDS(ptet_builder_set_keep_order(builder, 1, &error));
   ptet_bytes* bytes = build(builder);
   ptet_builder_free(builder);

@@ -104,6 +104,38 @@ class Memory(Case):
                 self.assertLessEqual(peak, foreseen)
                 self.assertLessEqual(foreseen, 1.3 * peak + 40e6)  # the program and its libraries do not grow
 
+    def test_pieces_of_a_file_are_welded_where_that_is_asked_for(self):
+        points, tets = meshes.grid(6)
+        sides = [[t for t in tets if (sum(points[v][0] for v in t) < 2) == left] for left in (True, False)]
+        for name, side in zip(("left", "right"), sides):
+            used = sorted({v for tet in side for v in tet})
+            place = {v: i for i, v in enumerate(used)}
+            at = [points[v] for v in used]
+            meshes.vtu(self.folder / f"{name}.vtu", at, [[place[v] for v in tet] for tet in side], meshes.wave(at))
+        (self.folder / "both.pvtu").write_text(
+            '<VTKFile type="PUnstructuredGrid" version="1.0" byte_order="LittleEndian"><PUnstructuredGrid GhostLevel="0">'
+            '<PPointData><PDataArray type="Float64" Name="smooth"/><PDataArray type="Float32" Name="bumpy"/></PPointData>'
+            '<PPoints><PDataArray type="Float64" Name="Points" NumberOfComponents="3"/></PPoints>'
+            '<Piece Source="left.vtu"/><Piece Source="right.vtu"/></PUnstructuredGrid></VTKFile>', encoding="ascii")
+        meshes.vtu(self.folder / "one.vtu", points, tets, meshes.wave(points))
+        quick = ["--method", "QN", "--target-vertices", "20%"]
+        apart = self.json("build", "both.pvtu", *quick, "-o", "apart.ptet")
+        welded = self.json("build", "both.pvtu", *quick, "--weld", "-o", "welded.ptet")
+        self.assertEqual((apart["weld"], welded["weld"]), (False, True))
+        self.assertGreater(apart["input"]["vertices"], len(points))
+        self.assertEqual(welded["input"]["vertices"], len(points))
+        self.assertEqual(welded["base"]["vertices"], math.ceil(0.2 * len(points)))
+        self.assertEqual(welded["input"]["bytes"],
+                         sum((self.folder / name).stat().st_size for name in ("both.pvtu", "left.vtu", "right.vtu")))
+        self.assertTrue(any("points were welded" in note for note in welded["notes"]))
+        for original in ("both.pvtu", "one.vtu"):
+            self.assertTrue(self.json("verify", "welded.ptet", "--original", original)["ok"])
+        self.ptet("verify", "apart.ptet", "--original", "one.vtu", code=4)
+        self.ptet("extract", "welded.ptet", "--tets", "50%", "-o", "half.vtu")
+        topologies = [self.json("measure", "both.pvtu", "half.vtu", *flag)["original"]["validity"]["components"]
+                      for flag in ([], ["--weld"])]
+        self.assertEqual(topologies, [2, 1])
+
     def test_a_limit_is_kept_before_it_is_passed(self):
         self.grid(16)
         self.ptet("build", "grid.vtu", "-q")

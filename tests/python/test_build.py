@@ -83,6 +83,20 @@ class Build(unittest.TestCase):
         for wrong in (0, 65537, 1.5):
             self.assertRaisesRegex(ptet.ArgumentError, "pieces", ptet.build, *cube(), pieces=wrong)
 
+    def test_points_that_are_alike_are_welded(self):
+        points, tets, fields = cube()
+        half = len(tets) // 2
+        apart = np.concatenate([tets[:half], tets[half:] + len(points)])  # each half with points of its own
+        twice = {name: np.concatenate([values, values]) for name, values in fields.items()}
+        built_from = np.concatenate([points, points]), apart, twice
+        welded = ptet.build(*built_from, weld=True, target_vertices="10%")
+        self.assertEqual(welded.report.input_vertices, len(points))
+        self.assertIn(f"{len(points)} points were welded", welded.report.notes[0])
+        self.assertEqual(welded.report.base_vertices, -(-len(points) // 10))
+        self.assertEqual(ptet.build(*built_from).report.input_vertices, 2 * len(points))
+        whole = welded.open().extract()
+        self.assertEqual((len(whole.points), len(whole.tets)), (len(points), len(tets)))
+
     def test_the_order_of_the_input(self):
         points, tets, fields = cube()
         order = np.random.default_rng(3).permutation(len(points))

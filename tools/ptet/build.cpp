@@ -36,6 +36,7 @@ struct Arguments {
   std::optional<std::string> objective;
   std::optional<std::string> max_star;
   std::optional<std::string> pieces;
+  bool weld = false;
   bool keep_order = false;
   std::optional<std::string> threads;
   std::optional<std::string> memory_limit;
@@ -127,6 +128,7 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.max_star) {
     wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 8, kMostStar));
   }
+  wishes.options.weld = arguments.weld;
   wishes.options.keep_order = arguments.keep_order;
   if (arguments.pieces) {
     wishes.options.pieces = static_cast<std::uint32_t>(parse_whole("--pieces", *arguments.pieces, 1, 65536));
@@ -214,6 +216,12 @@ void check_reading(const std::string& input, std::uint64_t limit) {
                                      " bytes of memory, and --memory-limit allows " + grouped(limit));
 }
 
+/// As BuildOptions has it. How many points there will be is not known before they are welded.
+double target_of(const Count& target, bool weld, std::size_t vertices) {
+  if (weld && target.relative && target.value < 1) return target.value;
+  return static_cast<double>(target.of(vertices));
+}
+
 /// Both passes, the first by all processes. Nothing where this is not the first of them.
 std::optional<BuildReport> build_together(Ranks& ranks, TetMesh mesh, const BuildOutcome& outcome,
                                           const BuildOptions& options, const std::string& name, const std::string& hash,
@@ -243,7 +251,6 @@ void run(const Arguments& arguments) {
   BuildOutcome outcome;
   outcome.input = arguments.input;
   outcome.output = output_of(arguments);
-  outcome.input_bytes = size_of_file(arguments.input);
   const std::string checkpoint = checkpoint_of(arguments, outcome.output);
 
   ProgressLine progress(arguments.quiet);
@@ -251,11 +258,14 @@ void run(const Arguments& arguments) {
   progress.stage("reading");
   check_reading(arguments.input, wishes.options.memory_limit);
   TetMesh mesh = read_mesh(arguments.input, &outcome.read, callback);
+  outcome.input_bytes = size_of_file(arguments.input);
+  for (const std::string& piece : outcome.read.more_files)
+    outcome.input_bytes += size_of_file(piece);
   BuildOptions options = wishes.options;
   options.checkpoint.path = checkpoint;
   options.max_field_error = resolve_field_bounds("--max-field-error", wishes.max_field_error, names_of(mesh),
                                                  governing_names(mesh, options.fields));
-  if (wishes.target) options.target_vertices = static_cast<double>(wishes.target->of(mesh.vertex_count()));
+  if (wishes.target) options.target_vertices = target_of(*wishes.target, options.weld, mesh.vertex_count());
   const std::string hash = ranks.is_first() ? hash_file(arguments.input, callback) : std::string();
   stop_if_interrupted();
   const std::string name = std::filesystem::path(arguments.input).filename().string();
@@ -365,6 +375,10 @@ void add_build(CLI::App& program) {
                    "depends on N, not on how the pieces were collapsed:\n"
                    "one after the other, or by the processes of mpirun")
       ->option_text("N");
+  command->add_flag("--weld", arguments->weld,
+                    "first make one point of those that have the same place\n"
+                    "and the same values, bit for bit: what the pieces of a\n"
+                    ".pvtu share is a boundary else");
   command->add_flag("--keep-order", arguments->keep_order,
                     "also keep in what order points and cells stood, for\n"
                     "extract --input-order: some 2 bytes a vertex and up to 3\na tet more");

@@ -9,6 +9,7 @@
 #include "formats/vtk/write.hpp"
 #include "measure_report.hpp"
 #include "mesh/value_offset.hpp"
+#include "ptet/weld.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,6 +33,7 @@ struct Arguments {
   std::vector<std::string> fields;
   bool exact = false;
   std::optional<std::string> samples, seed, threads, tolerance, errors;
+  bool weld = false;
   bool json = false;
 };
 
@@ -75,11 +77,12 @@ void check_usable(const ComparedMesh& side) {
                                               finding.message.substr(0, finding.message.rfind(": ")));
 }
 
-ComparedMesh load(const std::string& path, ProgressLine& progress) {
+ComparedMesh load(const std::string& path, bool weld, ProgressLine& progress) {
   ComparedMesh side;
   side.path = path;
   progress.stage("reading");
   side.mesh = read_mesh(path, &side.read, progress.callback());
+  if (weld) weld_points(side.mesh);
   side.found = examine(side.mesh, progress.callback());
   side.report = report_on(side.mesh, side.found);
   check_usable(side);
@@ -330,8 +333,8 @@ void run(const Arguments& arguments) {
   MeasureOutcome outcome;
   outcome.samples = wishes.samples;
   threads.run([&] {
-    outcome.original = load(arguments.original, progress);
-    outcome.simplified = load(arguments.simplified, progress);
+    outcome.original = load(arguments.original, arguments.weld, progress);
+    outcome.simplified = load(arguments.simplified, arguments.weld, progress);
   });
   for (const ComparedMesh* side : {&outcome.original, &outcome.simplified})
     add_reading_notes(side->path, side->read, outcome.notes);
@@ -412,6 +415,9 @@ void add_measure(CLI::App& program) {
                    "worker threads; 0: as many as the machine has (0).\nThe result does not depend on it")
       ->option_text("N");
   command->add_option("--errors", arguments->errors, "write ORIGINAL with its errors as a .vtu")->option_text("OUT");
+  command->add_flag("--weld", arguments->weld,
+                    "first make one point of those that have the same place\n"
+                    "and the same values, as build --weld does");
   command->add_flag("--json", arguments->json, "the report as one JSON object");
   command->footer(kExamples);
   command->callback([arguments] { run(*arguments); });

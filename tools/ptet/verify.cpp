@@ -10,6 +10,7 @@
 #include "formats/vtk/read.hpp"
 #include "lod/input_order.hpp"
 #include "ptet/error.hpp"
+#include "ptet/weld.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -139,8 +140,9 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   }
   progress.stage("reading the original");
   ReadReport read;
-  const TetMesh original = read_mesh(*arguments.original, &read, progress.callback());
+  TetMesh original = read_mesh(*arguments.original, &read, progress.callback());
   add_reading_notes(*arguments.original, read, outcome.notes);
+  if (verified.reader->manifest().is_welded()) weld_points(original);
   const std::string& expected = verified.reader->manifest().source_hash;
   if (!expected.empty() && hash_file(*arguments.original, progress.callback()) != expected) {
     outcome.notes.push_back("'" + *arguments.original +

@@ -106,6 +106,9 @@ struct BuildOptions {
   /// piece's collapsing. In a second pass the seams and all that is left are collapsed together. The file depends on
   /// the number of pieces, not on where they were collapsed (ptet/pieces_build.hpp). No checkpoints are kept.
   std::uint32_t pieces = 1;
+  /// First make one point of those that are alike in place and all values (ptet/weld.hpp): the mesh that is built from,
+  /// and comes back, is the welded one.
+  bool weld = false;
   /// Also keep in what order vertices, tets and their corners stood, so that the original comes back in that order
   /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large
   /// meshes.

@@ -82,6 +82,9 @@ ptet_status ptet_builder_set_memory_limit(ptet_builder* builder, uint64_t bytes,
 /* 1 .. 65536; more than 1: the mesh is cut in so many pieces, which are collapsed one after the other before the whole.
  * At first 1. The bytes that come out depend on it; the guarantees do not. */
 ptet_status ptet_builder_set_pieces(ptet_builder* builder, uint32_t pieces, ptet_error** error);
+/* Not 0: first make one point of those that have the same place and the same values in every field, bit for bit: of the
+ * points that parts of a mesh share. At first 0. */
+ptet_status ptet_builder_set_weld(ptet_builder* builder, int32_t weld, ptet_error** error);
 /* Not 0: also keep in what order vertices, tets and their corners stand, so that they come back in it
  * (ptet_request_set_input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large meshes. At first 0. */
 ptet_status ptet_builder_set_keep_order(ptet_builder* builder, int32_t keep_order, ptet_error** error);

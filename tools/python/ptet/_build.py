@@ -160,7 +160,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
           max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
           target_vertices: Count | float = 0.01, min_quality: float = 1e-3, max_star: int = 64,
           round_fraction: float = 0.3, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
-          keep_order: bool = False, source_name: str = "", source_hash: str = "",
+          weld: bool = False, keep_order: bool = False, source_name: str = "", source_hash: str = "",
           progress: Optional[ProgressCallback] = None) -> Built:
     """Simplifies a mesh, and keeps all its levels in one file.
 
@@ -190,6 +190,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
             take more is refused before it takes it (LimitError).
         pieces: the mesh is cut in so many pieces, which are collapsed one after the other before the whole; 1: it is
             one. The bytes depend on it, with the same guarantees. 1 to 65536.
+        weld: first make one point of those that have the same place and the same values in every field, bit for bit: of
+            the points that parts of a mesh share.
         keep_order: also keep in what order points, tets and their corners stand, so that they come back in it where
             that is asked for: `Dataset.extract(input_order=True)`. Takes some 2 bytes a point and up to 3 a tet, 4 of
             very large meshes.
@@ -212,6 +214,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         target = float(target_vertices)
     else:
         target = float(parse_count(target_vertices, vertices, "target_vertices"))  # type: ignore[arg-type]
+        if weld and isinstance(target_vertices, str) and target_vertices.strip().endswith("%") and target < vertices:
+            target /= vertices  # how many points there will be is not known yet
     names = [govern] if isinstance(govern, str) else list(govern or [])
     for text, what in ((prediction, "predict"), (evaluation, "evaluate"), (objective, "objective"),
                        (source_name, "source_name"), (source_hash, "source_hash"),
@@ -227,7 +231,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target, parse_number(min_quality, "min_quality"), prediction,
         evaluation, objective, _whole(max_star, 8, 4096, "max_star"), parse_number(round_fraction, "round_fraction"),
         _whole(threads, 0, 1024, "threads"), _whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
-        _whole(pieces, 1, 65536, "pieces"), bool(keep_order), source_name, source_hash, progress)
+        _whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,
+        progress)
     report["walk"] = [Round(*step) for step in report["walk"]]
     return Built(path, None if data is None else memoryview(data), BuildReport(**report))
 

@@ -109,8 +109,8 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
                 const PlainBound& max_domain_error, double target_vertices, double min_quality,
                 const std::string& prediction, const std::string& evaluation, const std::string& objective,
                 std::uint32_t max_star, double round_fraction, unsigned threads, std::uint64_t memory_limit,
-                std::uint32_t pieces, bool keep_order, const std::string& source_name, const std::string& source_hash,
-                const py::object& progress) {
+                std::uint32_t pieces, bool weld, bool keep_order, const std::string& source_name,
+                const std::string& source_hash, const py::object& progress) {
   BuildOptions options;
   options.fields = govern;
   for (const auto& [field, value, relative] : max_field_error)
@@ -126,6 +126,7 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
   options.threads = threads;
   options.memory_limit = memory_limit;
   options.pieces = pieces;
+  options.weld = weld;
   options.keep_order = keep_order;
 
   TetMesh mesh = to_mesh(points, tets, fields);
@@ -162,7 +163,7 @@ void bind_build(py::module_& module) {
              py::arg("max_field_error"), py::arg("max_domain_error"), py::arg("target_vertices"),
              py::arg("min_quality"), py::arg("prediction"), py::arg("evaluation"), py::arg("objective"),
              py::arg("max_star"), py::arg("round_fraction"), py::arg("threads"), py::arg("memory_limit"),
-             py::arg("pieces"), py::arg("keep_order"), py::arg("source_name"), py::arg("source_hash"),
+             py::arg("pieces"), py::arg("weld"), py::arg("keep_order"), py::arg("source_name"), py::arg("source_hash"),
              py::arg("progress"));
   module.def("validate", &validate_arrays, py::arg("points"), py::arg("tets"), py::arg("fields"), py::arg("progress"));
 }
