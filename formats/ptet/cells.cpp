@@ -14,10 +14,10 @@ namespace {
 
 using Records = std::vector<std::uint32_t>;
 
-/// The planes that are tried along each axis: those with these shares of the records below them.
-constexpr std::array kShares = {0.4, 0.5, 0.6};
-/// What makes a plane bad: each record in the separator costs 1, each that one side has more than the other this.
-constexpr double kImbalance = 0.1;
+/// Planes that are tried along each axis: they part the records in so many shares, less one.
+constexpr std::size_t kShares = 20;
+/// Where these planes lie is found from so many of the records at most.
+constexpr std::size_t kSample = 4096;
 
 class Divider {
 public:
@@ -26,12 +26,12 @@ public:
       : mesh_(mesh), records_(records), consumers_(consumers), generation_(generation), most_records_(most_records),
         reach_(records.size()), in_set_(records.size(), 0) {}
 
-  std::vector<Records> run() {
+  CellTree run() {
     Records all(records_.size());
     std::iota(all.begin(), all.end(), 0U);
     measure(all);
     divide(std::move(all));
-    return std::move(cells_);
+    return std::move(tree_);
   }
 
 private:
@@ -65,28 +65,44 @@ private:
     }
   }
 
+  /// Coordinates along the axis that part the middles of the records' reaches in shares; ascending.
+  [[nodiscard]] std::vector<double> places(const Records& set, std::size_t axis) const {
+    std::vector<double> middles;
+    const std::size_t step = (set.size() + kSample - 1) / kSample;
+    for (std::size_t i = 0; i < set.size(); i += step)
+      middles.push_back((reach_[set[i]].least[axis] + reach_[set[i]].greatest[axis]) / 2);
+    std::sort(middles.begin(), middles.end());
+    std::vector<double> places;
+    for (std::size_t share = 1; share < kShares; ++share)
+      places.push_back(middles[share * middles.size() / kShares]);
+    return places;
+  }
+
+  /// The plane with the fewest records in the separator, as a part of the geometric mean of what lies on both sides: a
+  /// reader of one place needs the separator and one side. Dense places would have the most in the middle.
   [[nodiscard]] std::optional<Plane> best_plane(const Records& set) const {
     std::optional<Plane> best;
     double least_cost = std::numeric_limits<double>::infinity();
-    std::vector<double> middles(set.size());
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (std::size_t i = 0; i < set.size(); ++i)
-        middles[i] = (reach_[set[i]].least[axis] + reach_[set[i]].greatest[axis]) / 2;
-      for (const double share : kShares) {
-        const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(set.size()));
-        std::nth_element(middles.begin(), middles.begin() + rank, middles.end());
-        const double at = middles[static_cast<std::size_t>(rank)];
-        std::size_t left = 0, right = 0;
-        for (const std::uint32_t record : set) {
-          left += reach_[record].greatest[axis] < at ? 1 : 0;
-          right += reach_[record].least[axis] >= at ? 1 : 0;
-        }
-        if (left == set.size() || right == set.size() || left + right == 0) continue;
-        const double cost = static_cast<double>(set.size() - left - right) +
-                            kImbalance * std::fabs(static_cast<double>(left) - static_cast<double>(right));
+      const std::vector<double> at = places(set, axis);
+      // Of each record the planes that it lies left of are the last ones, those that it lies right of the first ones.
+      std::vector<std::size_t> left(at.size() + 1), right(at.size() + 1);
+      for (const std::uint32_t record : set) {
+        ++left[static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), reach_[record].greatest[axis]) -
+                                        at.begin())];
+        ++right[static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), reach_[record].least[axis]) -
+                                         at.begin())];
+      }
+      std::size_t left_count = 0, right_count = set.size();
+      for (std::size_t plane = 0; plane < at.size(); ++plane) {
+        left_count += left[plane];
+        right_count -= right[plane];
+        if (left_count == 0 || right_count == 0) continue;
+        const double cost = static_cast<double>(set.size() - left_count - right_count) /
+                            std::sqrt(static_cast<double>(left_count) * static_cast<double>(right_count));
         if (cost >= least_cost) continue;
         least_cost = cost;
-        best = Plane{axis, at};
+        best = Plane{axis, at[plane]};
       }
     }
     return best;
@@ -94,19 +110,25 @@ private:
 
   // The reach of the records must have been measured: in `set`, or in one that has nothing more that depends on them.
   void divide(Records set) {
-    const auto plane = set.size() > most_records_ ? best_plane(set) : std::nullopt;
-    if (!plane) {
-      if (set.empty()) return;
+    if (set.empty()) return;
+    const std::size_t node = tree_.nodes.size();
+    tree_.nodes.push_back({static_cast<std::uint32_t>(tree_.cells.size()), 0, 0});
+    if (const auto plane = set.size() > most_records_ ? best_plane(set) : std::nullopt) {
+      divide(std::move(set), *plane);
+    } else {
       std::sort(set.begin(), set.end());
-      cells_.push_back(std::move(set));
-      return;
+      tree_.cells.push_back(std::move(set));
     }
+    tree_.nodes[node].end = static_cast<std::uint32_t>(tree_.cells.size());
+    tree_.nodes[node].after = static_cast<std::uint32_t>(tree_.nodes.size());
+  }
+  void divide(Records set, const Plane& plane) {
     Records left, right, separator;
     for (const std::uint32_t record : set) {
       const Reach& reach = reach_[record];
-      (reach.greatest[plane->axis] < plane->at ? left
-       : reach.least[plane->axis] >= plane->at ? right
-                                               : separator)
+      (reach.greatest[plane.axis] < plane.at ? left
+       : reach.least[plane.axis] >= plane.at ? right
+                                             : separator)
           .push_back(record);
     }
     set = Records(); // {} would keep its memory
@@ -124,15 +146,31 @@ private:
   std::vector<Reach> reach_;
   std::vector<std::uint32_t> in_set_; ///< by record: stamp of the set it was last measured in
   std::uint32_t stamp_ = 0;
-  std::vector<Records> cells_;
+  CellTree tree_;
 };
 
 } // namespace
 
-std::vector<std::vector<std::uint32_t>> divide_into_cells(const TetMesh& mesh, const RecordStream& records,
-                                                          const std::vector<std::uint32_t>& consumers,
-                                                          const std::vector<std::uint32_t>& generation,
-                                                          std::size_t most_records) {
+std::vector<CellTree::Node> CellTree::parts(const std::vector<std::size_t>& count, std::size_t most) const {
+  std::vector<std::size_t> before(cells.size() + 1);
+  std::partial_sum(count.begin(), count.end(), before.begin() + 1);
+  std::vector<Node> parts;
+  for (std::uint32_t i = 0; i < nodes.size();) {
+    const Node& node = nodes[i];
+    const bool is_cell = node.after == i + 1;
+    if (!is_cell && before[node.end] - before[node.begin] > most) {
+      ++i;
+      continue;
+    }
+    parts.push_back(node);
+    i = node.after;
+  }
+  return parts;
+}
+
+CellTree divide_into_cells(const TetMesh& mesh, const RecordStream& records,
+                           const std::vector<std::uint32_t>& consumers, const std::vector<std::uint32_t>& generation,
+                           std::size_t most_records) {
   return Divider(mesh, records, consumers, generation, most_records).run();
 }
 

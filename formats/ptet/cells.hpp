@@ -18,12 +18,26 @@
 
 namespace ptet::file {
 
-/// Records by cell, at most `most_records` in each but where no plane divides them; ascending in a cell. A cell depends
-/// on none behind it.
+/// The cells and how they came about, depth first: a node is a set of records that was divided, or a cell.
+struct CellTree {
+  struct Node {
+    std::uint32_t begin = 0, end = 0; ///< its cells
+    std::uint32_t after = 0;          ///< the node that follows on all that came of it
+  };
+  /// Records by cell, ascending. A cell depends on none behind it.
+  std::vector<std::vector<std::uint32_t>> cells;
+  std::vector<Node> nodes; ///< the first is of all records; the parts of one follow on it
+
+  /// The cells together in parts of at most `most` of the records that count, but where a single cell has more:
+  /// `count`: by cell. Each part is a run of cells.
+  [[nodiscard]] std::vector<Node> parts(const std::vector<std::size_t>& count, std::size_t most) const;
+};
+
+/// At most `most_records` in each cell but where no plane divides them.
 /// `consumers`: find_consumers(); `generation`: by record, greater than that of each parent. The result depends on the
 /// arguments alone.
-[[nodiscard]] std::vector<std::vector<std::uint32_t>>
-divide_into_cells(const TetMesh& mesh, const RecordStream& records, const std::vector<std::uint32_t>& consumers,
-                  const std::vector<std::uint32_t>& generation, std::size_t most_records);
+[[nodiscard]] CellTree divide_into_cells(const TetMesh& mesh, const RecordStream& records,
+                                         const std::vector<std::uint32_t>& consumers,
+                                         const std::vector<std::uint32_t>& generation, std::size_t most_records);
 
 } // namespace ptet::file

@@ -11,6 +11,8 @@
 namespace ptet::file {
 namespace {
 
+using Records = std::vector<std::uint32_t>;
+
 /// How much larger each level is than the one before. A cut that ends within a level reads up to so many times the
 /// records that it needs; with smaller steps a focus would be spread over more blocks.
 constexpr double kLevelGrowth = 1.5;
@@ -126,6 +128,30 @@ std::size_t number_levels(const RecordStream& records, const std::vector<std::ui
   return levels;
 }
 
+/// By level: its records, in parts that lie in one cell each, or in several that were divided from one another where
+/// these have no more than `most_together`. Coarse levels have few records in most cells, and the table a row for each
+/// block.
+std::vector<std::vector<Records>> pieces_of_levels(const CellTree& tree, const std::vector<std::uint32_t>& level,
+                                                   std::size_t levels, std::size_t most_together) {
+  std::vector<std::vector<Records>> of_cell(levels, std::vector<Records>(tree.cells.size()));
+  for (std::size_t c = 0; c < tree.cells.size(); ++c) {
+    for (const std::uint32_t record : tree.cells[c])
+      of_cell[level[record]][c].push_back(record);
+  }
+  std::vector<std::vector<Records>> pieces(levels);
+  for (std::size_t l = 0; l < levels; ++l) {
+    std::vector<std::size_t> count;
+    for (const Records& records : of_cell[l])
+      count.push_back(records.size());
+    for (const CellTree::Node& part : tree.parts(count, most_together)) {
+      Records& piece = pieces[l].emplace_back();
+      for (std::uint32_t c = part.begin; c < part.end; ++c)
+        piece.insert(piece.end(), of_cell[l][c].begin(), of_cell[l][c].end());
+    }
+  }
+  return pieces;
+}
+
 } // namespace
 
 std::vector<std::uint64_t> morton_codes(const PointArray& positions) {
@@ -170,15 +196,8 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std
 
   std::vector<std::uint32_t> level(records.size());
   const std::size_t levels = number_levels(records, consumers, generation, order.base_vertex_count, level);
-  const auto cells = divide_into_cells(mesh, records, consumers, generation, kBlocksPerCell * records_per_block);
-  // By level, then by cell.
-  std::vector<std::vector<std::vector<std::uint32_t>>> pieces(levels);
-  for (const auto& cell : cells) {
-    for (auto& of_level : pieces)
-      of_level.emplace_back();
-    for (const std::uint32_t record : cell)
-      pieces[level[record]].back().push_back(record);
-  }
+  const CellTree tree = divide_into_cells(mesh, records, consumers, generation, kBlocksPerCell * records_per_block);
+  std::vector<std::vector<Records>> pieces = pieces_of_levels(tree, level, levels, records_per_block / 2);
   for (auto& of_level : pieces) {
     for (auto& piece : of_level) {
       std::sort(piece.begin(), piece.end(),

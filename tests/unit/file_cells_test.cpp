@@ -4,6 +4,7 @@
 #include "support/naive_simplifier.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <catch2/catch.hpp>
@@ -32,8 +33,9 @@ std::vector<std::uint32_t> generations(const Sample& sample) {
 TEST_CASE("cells: each record is in one, which depends on none behind it") {
   const Sample sample;
   for (const std::size_t most : {20U, 100U, 100000U}) {
-    const auto cells =
+    const file::CellTree tree =
         file::divide_into_cells(sample.mesh, sample.records, sample.consumers, generations(sample), most);
+    const auto& cells = tree.cells;
     std::vector<std::size_t> home(sample.records.size(), cells.size());
     std::size_t records = 0;
     for (std::size_t c = 0; c < cells.size(); ++c) {
@@ -51,6 +53,59 @@ TEST_CASE("cells: each record is in one, which depends on none behind it") {
     CHECK(wrong == 0);
     if (most == 100000) CHECK(cells.size() == 1);
   }
+}
+
+TEST_CASE("cells: those of few records are taken together") {
+  const Sample sample;
+  const file::CellTree tree =
+      file::divide_into_cells(sample.mesh, sample.records, sample.consumers, generations(sample), 20);
+  REQUIRE(tree.cells.size() > 8);
+  std::vector<std::size_t> sizes, ones(tree.cells.size(), 1);
+  for (const auto& cell : tree.cells)
+    sizes.push_back(cell.size());
+  for (const std::vector<std::size_t>& count : {sizes, ones})
+    for (const std::size_t most : {0U, 1U, 3U, 50U, 100000U}) {
+      std::uint32_t next = 0;
+      for (const file::CellTree::Node& part : tree.parts(count, most)) {
+        CHECK(part.begin == next);
+        REQUIRE(part.end > part.begin);
+        next = part.end;
+        std::size_t sum = 0;
+        for (std::uint32_t c = part.begin; c < part.end; ++c)
+          sum += count[c];
+        CHECK((sum <= most || part.end == part.begin + 1));
+      }
+      CHECK(next == tree.cells.size()); // every cell is in one part
+    }
+  CHECK(tree.parts(ones, tree.cells.size()).size() == 1);
+  CHECK(tree.parts(ones, 1).size() == tree.cells.size());
+  const std::size_t some = tree.parts(ones, 3).size();
+  CHECK((some > 1 && some < tree.cells.size()));
+}
+
+TEST_CASE("cells: a separator is found where there is little to separate") {
+  // A thin bridge between a large block and a small one: halves would have their separator in the large block.
+  const TetMesh mesh =
+      test::grid({{24, 6, 6}, [](int x, int y, int z) { return x < 14 || x > 17 || (y == 2 && z == 2); }, 2, 3});
+  const RecordStream records = test::simplify_naively(mesh);
+  const std::vector<std::uint32_t> consumers = file::find_consumers(records);
+  std::vector<std::uint32_t> generation(records.size());
+  for (std::size_t i = generation.size(); i-- > 0;)
+    file::for_each_parent(records, consumers, i, [&](std::uint32_t parent) {
+      generation[i] = std::max(generation[i], generation[parent] + 1);
+    });
+  const file::CellTree tree = file::divide_into_cells(mesh, records, consumers, generation, records.size() - 1);
+  REQUIRE(tree.cells.size() == 3);
+  std::array<double, 3> least{}, greatest{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    least[c] = 1e9;
+    for (const std::uint32_t r : tree.cells[c]) {
+      least[c] = std::min(least[c], mesh.position(records.removed[r])[0]);
+      greatest[c] = std::max(greatest[c], mesh.position(records.removed[r])[0]);
+    }
+  }
+  CHECK(greatest[1] < 16 * 19);
+  CHECK(least[2] > 16 * 13);
 }
 
 TEST_CASE("cells: the finest block of a long mesh needs but a part of it") {
