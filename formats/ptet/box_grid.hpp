@@ -19,32 +19,33 @@ public:
       step_[axis] = (greatest[axis] - least[axis]) / kLast;
   }
   /// Coordinate of a place: never less than that of the place before.
-  [[nodiscard]] double at(std::size_t axis, std::uint16_t place) const {
-    return place == kLast ? greatest_[axis] : least_[axis] + place * step_[axis];
+  [[nodiscard]] double at(std::size_t axis, std::uint32_t place) const {
+    return place == kLast ? greatest_[axis] : std::min(greatest_[axis], least_[axis] + place * step_[axis]);
   }
   /// The last place that is not above x; 0 where there is none.
   [[nodiscard]] std::uint16_t below(std::size_t axis, double x) const {
-    std::uint16_t place = near(axis, x);
-    while (place > 0 && at(axis, place) > x)
-      --place;
-    while (place < kLast && at(axis, static_cast<std::uint16_t>(place + 1)) <= x)
-      ++place;
-    return place;
+    const std::uint32_t above = first([&](std::uint32_t place) { return at(axis, place) > x; });
+    return static_cast<std::uint16_t>(above > 0 ? above - 1 : 0);
   }
   /// The first place that is not below x; the last one where there is none.
   [[nodiscard]] std::uint16_t above(std::size_t axis, double x) const {
-    std::uint16_t place = near(axis, x);
-    while (place < kLast && at(axis, place) < x)
-      ++place;
-    while (place > 0 && at(axis, static_cast<std::uint16_t>(place - 1)) >= x)
-      --place;
-    return place;
+    return static_cast<std::uint16_t>(
+        std::min<std::uint32_t>(kLast, first([&](std::uint32_t place) { return at(axis, place) >= x; })));
   }
 
 private:
-  [[nodiscard]] std::uint16_t near(std::size_t axis, double x) const {
-    const double place = (x - least_[axis]) / step_[axis];
-    return place > 0 ? static_cast<std::uint16_t>(std::min<double>(place, kLast)) : std::uint16_t{0}; // NaN: 0
+  /// The first place of which something holds that holds of all behind it, or kLast + 1.
+  template <class Holds>
+  [[nodiscard]] static std::uint32_t first(Holds&& holds) {
+    std::uint32_t low = 0, high = std::uint32_t{kLast} + 1;
+    while (low < high) {
+      const std::uint32_t middle = (low + high) / 2;
+      if (holds(middle))
+        high = middle;
+      else
+        low = middle + 1;
+    }
+    return low;
   }
 
   Point least_, greatest_;

@@ -98,7 +98,8 @@ private:
         left_count += left[plane];
         right_count -= right[plane];
         if (left_count == 0 || right_count == 0) continue;
-        const double cost = static_cast<double>(set.size() - left_count - right_count) /
+        // One more, so that of planes that separate nothing the one in the middle is taken.
+        const double cost = static_cast<double>(set.size() - left_count - right_count + 1) /
                             std::sqrt(static_cast<double>(left_count) * static_cast<double>(right_count));
         if (cost >= least_cost) continue;
         least_cost = cost;

@@ -28,8 +28,8 @@ struct CellTree {
   std::vector<std::vector<std::uint32_t>> cells;
   std::vector<Node> nodes; ///< the first is of all records; the parts of one follow on it
 
-  /// The cells together in parts of at most `most` of the records that count, but where a single cell has more:
-  /// `count`: by cell. Each part is a run of cells.
+  /// All cells in runs, each of a node: a run has at most `most` records that count, or is a single cell. `count`: of
+  /// each cell, how many of its records count.
   [[nodiscard]] std::vector<Node> parts(const std::vector<std::size_t>& count, std::size_t most) const;
 };
 

@@ -87,8 +87,8 @@ public:
   [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit, Workspace& workspace) const;
   /// Of the last simulation, or bound where there are bounds; it is taken out of the workspace.
   static void take_handover(Workspace& workspace, Handover& handover);
-  /// Whether a face that vs -> vd would make meets another present face anywhere but where they join, and not just as
-  /// the original does (self_crossings.hpp).
+  /// Whether a face that vs -> vd would make meets another present face anywhere but where they join, unless both stand
+  /// for faces of one curve along which the original crosses itself (self_crossings.hpp).
   /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                      std::span<const SlotId> modified, Workspace& workspace) const;

@@ -38,20 +38,19 @@ struct Begun {
   std::vector<Tet> given_tets; ///< as they were given, where their order is kept
   std::uint64_t foreseen_memory_bytes = 0;
 };
-void note_welding(std::uint64_t welded, std::vector<std::string>& notes) {
-  notes.insert(notes.begin(), std::to_string(welded) + (welded == 1 ? " point was" : " points were") +
-                                  " welded with others of the same place and values");
-}
 Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& progress) {
   file::check_storable(mesh);
-  std::optional<std::uint64_t> welded;
-  if (options.weld) welded = weld_points(mesh);
   const build::MemoryWatch memory(mesh, options);
   (void)memory.check(build::count(mesh, options)); // at least so much, whatever its boundary
+  std::optional<std::uint64_t> welded;
+  if (options.weld) {
+    if (progress && !progress({"welding points", 0, 1})) throw Error(ErrorCode::kCancelled, "the build was cancelled");
+    welded = weld_points(mesh);
+  }
   std::vector<Tet> given_tets = options.keep_order ? mesh.tets : std::vector<Tet>{};
   Begun begun{build::Threads(options.threads).run([&] { return prepare(std::move(mesh), progress); }),
               std::move(given_tets)};
-  if (welded) note_welding(*welded, begun.prepared.notes);
+  if (welded) begun.prepared.notes.insert(begun.prepared.notes.begin(), welding_note(*welded));
   build::release_freed_memory();
   begun.foreseen_memory_bytes = memory.check(build::count(begun.prepared, options));
   return begun;

@@ -21,7 +21,8 @@
 namespace ptet::build {
 
 /// Sets what each record also needs (RecordStream::also_needs), without what follows from its parents and from what
-/// those need. What the input's own boundary crosses may stay crossed, as self_crossings.hpp says.
+/// those need. Faces that stand for faces of one curve along which the input crosses itself may cross
+/// (self_crossings.hpp).
 /// Returns the number of dependencies. The same for any number of threads; runs in the caller's task arena. Throws
 /// Error(kCancelled).
 std::size_t add_cut_dependencies(const PreparedMesh& prepared, RecordStream& records, const ProgressCallback& progress);

@@ -60,6 +60,11 @@ void keep_tets(const TetMesh& mesh, std::vector<std::uint32_t>& first) {
 
 } // namespace
 
+std::string welding_note(std::uint64_t points) {
+  return std::to_string(points) + (points == 1 ? " point was" : " points were") +
+         " welded with others of the same place and values";
+}
+
 std::uint64_t weld_points(TetMesh& mesh) {
   if (!is_whole(mesh)) return 0;
   std::vector<std::uint32_t> first = find_firsts(mesh);

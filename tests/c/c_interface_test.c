@@ -659,6 +659,25 @@ static void test_whole_extraction(const ptet_dataset* dataset) {
   ptet_extraction_free(NULL);
 }
 
+/* Points that stand twice, one of each in no tet. */
+static void test_welding(void) {
+  float twice[6 * POINTS];
+  memcpy(twice, xyz, sizeof xyz);
+  memcpy(twice + 3 * POINTS, xyz, sizeof xyz);
+  for (int welds = 0; welds < 2; ++welds) {
+    ptet_builder* builder = ptet_builder_new();
+    SUCCEEDS(ptet_builder_set_points(builder, PTET_FLOAT32, 2 * POINTS, twice, &error));
+    SUCCEEDS(ptet_builder_set_tets(builder, TETS, corners, &error));
+    SUCCEEDS(ptet_builder_set_weld(builder, welds, &error));
+    ptet_bytes* bytes = NULL;
+    ptet_build_report report = {.struct_size = sizeof report};
+    SUCCEEDS(ptet_builder_build_memory(builder, NULL, NULL, &bytes, &report, &error));
+    CHECK(report.input_vertices == (welds ? 1 : 2) * POINTS);
+    ptet_bytes_free(bytes);
+    ptet_builder_free(builder);
+  }
+}
+
 /* What was given comes back as it stood, where that is kept. */
 static void test_input_order(const ptet_dataset* without) {
   ptet_request* request = ptet_request_new();
@@ -668,7 +687,6 @@ static void test_input_order(const ptet_dataset* without) {
   FAILS(PTET_BAD_ARGUMENT, "request is NULL", ptet_request_set_input_order(NULL, 1, &error));
   FAILS(PTET_BAD_ARGUMENT, "order", ptet_dataset_extract(without, request, NULL, NULL, &extraction, &error));
   ptet_builder* builder = quick_builder();
-  SUCCEEDS(ptet_builder_set_weld(builder, 1, &error)); /* no two are alike */
   SUCCEEDS(ptet_builder_set_keep_order(builder, 1, &error));
   ptet_bytes* bytes = build(builder);
   ptet_builder_free(builder);
@@ -994,6 +1012,7 @@ int main(void) {
   test_requests_refused(dataset);
   test_whole_extraction(dataset);
   test_input_order(dataset);
+  test_welding();
   test_requests(dataset);
   test_sessions(dataset);
   ptet_dataset_free(dataset);

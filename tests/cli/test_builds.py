@@ -131,6 +131,10 @@ class Memory(Case):
         for original in ("both.pvtu", "one.vtu"):
             self.assertTrue(self.json("verify", "welded.ptet", "--original", original)["ok"])
         self.ptet("verify", "apart.ptet", "--original", "one.vtu", code=4)
+        self.ptet("build", "both.pvtu", *quick, "--weld", "--keep-order", "--pieces", "2", "-o", "kept.ptet")
+        verified = self.json("verify", "kept.ptet", "--original", "both.pvtu")
+        self.assertTrue(verified["ok"])
+        self.assertTrue(any("as in the build" in note and "welded" in note for note in verified["notes"]))
         self.ptet("extract", "welded.ptet", "--tets", "50%", "-o", "half.vtu")
         topologies = [self.json("measure", "both.pvtu", "half.vtu", *flag)["original"]["validity"]["components"]
                       for flag in ([], ["--weld"])]

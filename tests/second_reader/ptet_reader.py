@@ -82,7 +82,8 @@ class PtetFile:
                 and 0 <= self.volume < math.inf and (self.volume or not self.squared), "a type or scale of the header")
 
         sides = zip(box[:3], box[3:])
-        self.grid = [[low + i * ((high - low) / 65535) for i in range(65535)] + [high] for low, high in sides]
+        self.grid = [[*(min(high, low + i * ((high - low) / 65535)) for i in range(65535)), high]
+                     for low, high in sides]
 
     def read_directory(self):
         start, count, reserved, stated, size, magic = struct.unpack("<Q2I2Q8s", self.data[-40:])

@@ -92,7 +92,8 @@ def best_values(mesh, field, points, values, weights):
 
 
 def measured(ptet, original, simplified, field):
-    done = subprocess.run([ptet, "measure", original, simplified, "--field", field, "--json"], stdout=subprocess.PIPE)
+    done = subprocess.run([ptet, "measure", original, simplified, "--field", field, "--json"], stdout=subprocess.PIPE,
+                          check=True)
     inside = json.loads(done.stdout)["inside"]["fields"][field]
     return inside["max"], inside["rms"]
 
@@ -131,4 +132,5 @@ def main():
     print("geometric means of the ratios: RMS %.3f, greatest %.3f" % tuple(math.exp(sum(x) / len(x)) for x in zip(*ratios)))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -378,7 +378,7 @@ void add_build(CLI::App& program) {
   command->add_flag("--weld", arguments->weld,
                     "first make one point of those that have the same place\n"
                     "and the same values, bit for bit: what the pieces of a\n"
-                    ".pvtu share is a boundary else");
+                    ".pvtu share is otherwise a boundary");
   command->add_flag("--keep-order", arguments->keep_order,
                     "also keep in what order points and cells stood, for\n"
                     "extract --input-order: some 2 bytes a vertex and up to 3\na tet more");

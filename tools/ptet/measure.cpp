@@ -82,7 +82,7 @@ ComparedMesh load(const std::string& path, bool weld, ProgressLine& progress) {
   side.path = path;
   progress.stage("reading");
   side.mesh = read_mesh(path, &side.read, progress.callback());
-  if (weld) weld_points(side.mesh);
+  if (weld) side.read.notes.push_back(welding_note(weld_points(side.mesh)));
   side.found = examine(side.mesh, progress.callback());
   side.report = report_on(side.mesh, side.found);
   check_usable(side);

@@ -107,7 +107,7 @@ struct BuildOptions {
   /// the number of pieces, not on where they were collapsed (ptet/pieces_build.hpp). No checkpoints are kept.
   std::uint32_t pieces = 1;
   /// First make one point of those that are alike in place and all values (ptet/weld.hpp): the mesh that is built from,
-  /// and comes back, is the welded one.
+  /// and comes back, is the welded one; so are the counts of the report, and the order that is kept.
   bool weld = false;
   /// Also keep in what order vertices, tets and their corners stood, so that the original comes back in that order
   /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large

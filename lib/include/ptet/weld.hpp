@@ -4,6 +4,7 @@
 #include "ptet/mesh.hpp"
 
 #include <cstdint>
+#include <string>
 
 namespace ptet {
 
@@ -15,5 +16,8 @@ namespace ptet {
 /// Returns how many points went. A mesh whose arrays have not one row for each vertex, or whose tets name vertices that
 /// there are not, is left as it is. Cost: a sort of the points.
 std::uint64_t weld_points(TetMesh& mesh);
+
+/// A sentence for who should know: "3 points were welded with others of the same place and values".
+[[nodiscard]] std::string welding_note(std::uint64_t points);
 
 } // namespace ptet

@@ -214,8 +214,10 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         target = float(target_vertices)
     else:
         target = float(parse_count(target_vertices, vertices, "target_vertices"))  # type: ignore[arg-type]
-        if weld and isinstance(target_vertices, str) and target_vertices.strip().endswith("%") and target < vertices:
-            target /= vertices  # how many points there will be is not known yet
+        if weld and isinstance(target_vertices, str) and target_vertices.endswith("%"):
+            # How many points there will be is not known yet.
+            share = parse_bound(target_vertices, "target_vertices")[0]
+            target = share if share < 1 else target
     names = [govern] if isinstance(govern, str) else list(govern or [])
     for text, what in ((prediction, "predict"), (evaluation, "evaluate"), (objective, "objective"),
                        (source_name, "source_name"), (source_hash, "source_hash"),
