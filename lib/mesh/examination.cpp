@@ -384,7 +384,8 @@ private:
     for (const std::uint32_t v : repeats)
       coincident.add(std::uint64_t{v});
     report(coincident, "coincident-points", Severity::kWarning, "vertex at the place of an earlier one",
-           "vertices at the places of earlier ones", "kept apart; ptet build --weld makes one of those with the same values");
+           "vertices at the places of earlier ones",
+           "kept apart; ptet build --weld makes one of those with the same values");
   }
 
   void check_arrays() {
