@@ -2,6 +2,7 @@
 
 #include "formats/surface/formats.hpp"
 #include "formats/whole_file.hpp"
+#include "mesh/disjoint_sets.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <numeric>
 #include <tuple>
 #include <vector>
 
@@ -30,26 +30,8 @@ using Faces = std::span<const std::array<VertexId, 3>>;
 /// Corner 3 f + k is vertex k of face f.
 using Corner = std::size_t;
 
-/// Sets of corners that are one vertex of the surface (union-find with path halving).
-class CornerSets {
-public:
-  explicit CornerSets(std::size_t corners) : parent_(corners) { std::iota(parent_.begin(), parent_.end(), Corner{0}); }
-
-  Corner root(Corner corner) {
-    while (parent_[corner] != corner)
-      corner = parent_[corner] = parent_[parent_[corner]];
-    return corner;
-  }
-  /// The least corner of a set is its root: the result does not depend on the order of the calls.
-  void join(Corner a, Corner b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
-private:
-  std::vector<Corner> parent_;
-};
+/// Sets of corners that are one vertex of the surface.
+using CornerSets = DisjointSets<Corner>;
 
 void check(const std::string& path, const TetMesh& mesh, Faces faces, bool in_floats) {
   const auto fail = [&](std::size_t face, const char* what) {

@@ -2,6 +2,7 @@
 
 #include "build/collapse_geometry.hpp"
 #include "build/face_index.hpp"
+#include "mesh/disjoint_sets.hpp"
 #include "mesh/face_plane.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
@@ -18,7 +19,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <tuple>
 
@@ -56,14 +56,13 @@ Triangle face_of(const Slot& ghost, Vertex dummy) {
 /// Classes of face corners that are joined by manifold edges: one surface vertex for each.
 class CornerClasses {
 public:
-  explicit CornerClasses(const std::vector<Triangle>& faces) : parent_(3 * faces.size()) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
+  explicit CornerClasses(const std::vector<Triangle>& faces) : sets_(3 * faces.size()) {
     struct Side {
       Vertex low, high;
       std::uint32_t face, corner; ///< corner of `low`'s side: the edge runs from `corner` to the next one
     };
     std::vector<Side> sides;
-    sides.reserve(parent_.size());
+    sides.reserve(3 * faces.size());
     for (std::uint32_t f = 0; f < faces.size(); ++f)
       for (std::uint32_t i = 0; i < 3; ++i) {
         const auto [low, high] = std::minmax(faces[f][i], faces[f][(i + 1) % 3]);
@@ -83,27 +82,17 @@ public:
         const auto stop = [](const Side& s) { return 3 * s.face + (s.corner + 1) % 3; };
         // Neighbours run along their common edge in opposite directions.
         if (faces[a.face][a.corner] != faces[b.face][b.corner]) {
-          join(start(a), stop(b));
-          join(stop(a), start(b));
+          sets_.join(start(a), stop(b));
+          sets_.join(stop(a), start(b));
         }
       }
       i = end;
     }
   }
-  [[nodiscard]] std::uint32_t of(std::uint32_t face, std::uint32_t corner) { return find(3 * face + corner); }
+  [[nodiscard]] std::uint32_t of(std::uint32_t face, std::uint32_t corner) { return sets_.root(3 * face + corner); }
 
 private:
-  std::uint32_t find(std::uint32_t x) {
-    while (parent_[x] != x)
-      x = parent_[x] = parent_[parent_[x]];
-    return x;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-  std::vector<std::uint32_t> parent_;
+  DisjointSets<> sets_;
 };
 
 } // namespace

@@ -1,5 +1,6 @@
 #include "mesh/prepare.hpp"
 
+#include "mesh/disjoint_sets.hpp"
 #include "mesh/examination.hpp"
 #include "mesh/local_origin.hpp"
 #include "mesh/rows.hpp"
@@ -106,24 +107,17 @@ std::vector<std::uint32_t> find_crossing_curves(const std::vector<HalfFace>& bou
   const auto face_at = [&](HalfFace h) {
     return static_cast<std::uint32_t>(std::lower_bound(boundary.begin(), boundary.end(), h) - boundary.begin());
   };
-  std::vector<std::uint32_t> first(boundary.size()); // of the faces on the same curve, in the end
-  std::iota(first.begin(), first.end(), 0U);
-  const auto first_of = [&](std::uint32_t f) {
-    while (first[f] != f)
-      f = first[f] = first[first[f]];
-    return f;
-  };
+  DisjointSets sets(boundary.size());
   std::vector<char> crosses(boundary.size());
   for (const auto& pair : crossing) {
     const std::uint32_t a = face_at(pair[0]), b = face_at(pair[1]);
     crosses[a] = crosses[b] = 1;
-    const auto [low, high] = std::minmax({first_of(a), first_of(b)});
-    first[high] = low;
+    sets.join(a, b);
   }
   std::vector<std::uint32_t> curve(boundary.size());
   std::uint32_t count = 0;
   for (std::uint32_t f = 0; f < boundary.size(); ++f)
-    if (crosses[f] != 0) curve[f] = first_of(f) == f ? ++count : curve[first_of(f)];
+    if (crosses[f] != 0) curve[f] = sets.root(f) == f ? ++count : curve[sets.root(f)];
   return curve;
 }
 

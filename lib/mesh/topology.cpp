@@ -1,6 +1,7 @@
 #include "mesh/topology.hpp"
 
 #include "mesh/by_parts.hpp"
+#include "mesh/disjoint_sets.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -13,31 +14,6 @@ namespace {
 constexpr std::size_t kVerticesTogether = 2048;
 /// Each has marks on all tets and vertices: many of them at once would want more memory than a build.
 constexpr std::size_t kMostWalkers = 8;
-
-/// Union-find that counts its sets.
-class Components {
-public:
-  explicit Components(std::size_t size) : parent_(size), count_(size) { std::iota(parent_.begin(), parent_.end(), 0U); }
-
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    if (a == b) return;
-    parent_[std::max(a, b)] = std::min(a, b);
-    --count_;
-  }
-  [[nodiscard]] std::uint64_t count() const { return count_; }
-
-private:
-  std::uint32_t root(std::uint32_t a) {
-    while (parent_[a] != a)
-      a = parent_[a] = parent_[parent_[a]];
-    return a;
-  }
-
-  std::vector<std::uint32_t> parent_;
-  std::uint64_t count_;
-};
 
 std::uint64_t edge_key(VertexId a, VertexId b) {
   return std::uint64_t{std::min(a, b).index()} << 32 | std::max(a, b).index();
@@ -252,7 +228,7 @@ BoundarySurface build_boundary(std::span<const Tet> tets, const FaceTable& faces
   std::sort(edges.begin(), edges.end());
 
   surface.edge_mate.assign(edges.size(), BoundarySurface::kNoMate);
-  Components components(surface.faces.size());
+  DisjointSets components(surface.faces.size());
   for (std::size_t i = 0, j = 0; i < edges.size(); i = j) {
     for (; j < edges.size() && edges[j].key == edges[i].key; ++j)
       components.join(static_cast<std::uint32_t>(edges[i].edge / 3), static_cast<std::uint32_t>(edges[j].edge / 3));
@@ -312,7 +288,7 @@ VertexLinks examine_links(std::span<const Tet> tets, const FaceTable& faces, con
 }
 
 std::uint64_t count_components(std::span<const Tet> tets, const FaceTable& faces) {
-  Components components(tets.size());
+  DisjointSets components(tets.size());
   for (std::uint64_t h = 0; h < faces.mate.size(); ++h)
     components.join(static_cast<std::uint32_t>(h / 4), faces.mate[h] / 4);
   return components.count();

@@ -73,6 +73,16 @@ Fixture both(const Fixture& a, const Tets& a_tets, const Fixture& b, const Tets&
 }
 const Tets kTent = {{0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 4, 5}, {0, 1, 5, 2}};
 
+/// The ring is seen from the tip, but not from 2: the triangle 2 3 4 would lie on 2 4 5 upside down.
+Fixture folding_tent() {
+  Fixture f = tent(1);
+  f.points[2] = {3, 0, 0};
+  f.points[3] = {0.1, 0.5, 0};
+  f.points[4] = {-1, 3, 0};
+  f.points[5] = {-1, -1, 0};
+  return f;
+}
+
 /// A tent with a tip below its ring, and above it a spike down to `z`.
 Fixture spike_over_a_dent(double z) {
   return both(tent(-0.5), kTent, Fixture({{0, 0, z}, {0.1, 0.1, 3}, {-0.1, 0.1, 3}, {0, -0.1, 3}}, {{0, 1, 2, 3}}),
@@ -229,12 +239,7 @@ TEST_CASE("boundary: what crosses another sheet already may cross it anew", "[bu
 }
 
 TEST_CASE("boundary: a crossing elsewhere does not let a surface fold over itself", "[build][boundary]") {
-  Fixture f = tent(1);
-  f.points[2] = {3, 0, 0};
-  f.points[3] = {0.1, 0.5, 0};
-  f.points[4] = {-1, 3, 0};
-  f.points[5] = {-1, -1, 0};
-  CHECK(Moving(std::move(f), std::vector<std::uint32_t>(8, 1)).would_intersect(0, 2));
+  CHECK(Moving(folding_tent(), std::vector<std::uint32_t>(8, 1)).would_intersect(0, 2));
 }
 
 TEST_CASE("boundary: in its own plane a surface meets nothing new", "[build][boundary]") {
@@ -264,13 +269,7 @@ TEST_CASE("boundary: in front of flat tets faces turn over in their plane", "[bu
 }
 
 TEST_CASE("boundary: new faces that fold over one another", "[build][boundary]") {
-  // The ring is seen from the tip, but not from 2: the triangle 2 3 4 would lie on 2 4 5 upside down.
-  Fixture f = tent(1);
-  f.points[2] = {3, 0, 0};
-  f.points[3] = {0.1, 0.5, 0};
-  f.points[4] = {-1, 3, 0};
-  f.points[5] = {-1, -1, 0};
-  Moving m(std::move(f));
+  Moving m(folding_tent());
   CHECK(m.would_intersect(0, 2));
   CHECK_FALSE(m.would_intersect(0, 3));
 }
