@@ -1,7 +1,7 @@
 #include "build/certify.hpp"
 
+#include "build/mesh_scales.hpp"
 #include "error/tolerances.hpp"
-#include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -42,18 +42,6 @@ std::vector<std::uint32_t> consumers(const RecordStream& records) {
 
 double certified(double measured) {
   return measured * (1 + kErrorSlack);
-}
-
-double volume_of(const PreparedMesh& prepared) {
-  using namespace vec;
-  double volume = 0;
-  for (const Tet& tet : prepared.mesh.tets) {
-    const Point& o = prepared.points[tet[0].index()];
-    volume += std::abs(dot(prepared.points[tet[1].index()] - o,
-                           cross(prepared.points[tet[2].index()] - o, prepared.points[tet[3].index()] - o))) /
-              6;
-  }
-  return volume;
 }
 
 std::vector<double> squared_scales(const NormalizedFields& fields, double volume) {

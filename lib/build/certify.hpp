@@ -16,9 +16,6 @@ namespace ptet::build {
 /// A measured error with what rounding can hide of it.
 [[nodiscard]] double certified(double measured);
 
-/// Of the original mesh.
-[[nodiscard]] double volume_of(const PreparedMesh& prepared);
-
 /// By field, what makes integrals of squared fractions of the range integrals of squared values: the range squared; 1
 /// where a double cannot hold these in the units of the field (RecordStream::squared_error).
 [[nodiscard]] std::vector<double> squared_scales(const NormalizedFields& fields, double volume);

@@ -25,14 +25,20 @@ namespace ptet::build {
 
 class CollapseCost {
 public:
-  /// `field_weight`: one a field, of errors as fractions of its range. `domain_weight`: of errors in mesh units.
-  CollapseCost(Objective objective, std::vector<double> field_weight, double domain_weight)
+  /// `field_weight`: one a field, of errors as fractions of its range. `deviation`: one a field, its standard deviation
+  /// as a fraction of its range; > 0. `domain_weight`: of errors in mesh units.
+  CollapseCost(Objective objective, std::vector<double> field_weight, std::span<const double> deviation,
+               double domain_weight)
       : maximum_(objective == Objective::kRootMeanSquare ? 0.0 : 1.0),
-        mean_(objective == Objective::kMaximum ? 0.0
-              : objective == Objective::kBoth  ? kMeanInBoth
-                                               : kMeanAlone),
         domain_((objective == Objective::kRootMeanSquare ? kDomainBesideMean : 1.0) * domain_weight),
-        bent_(objective == Objective::kBoth), field_weight_(std::move(field_weight)) {}
+        bent_(objective == Objective::kBoth), field_weight_(std::move(field_weight)) {
+    for (std::size_t f = 0; f < field_weight_.size(); ++f) {
+      const double mean = objective == Objective::kMaximum ? 0.0
+                          : bent_                          ? kMeanInBoth / of_root(deviation[f])
+                                                           : kMeanAlone;
+      mean_weight_.push_back(mean * field_weight_[f]);
+    }
+  }
 
   [[nodiscard]] const std::vector<double>& field_weight() const { return field_weight_; }
 
@@ -54,8 +60,8 @@ public:
   [[nodiscard]] double of_mean(std::span<const double> growth) const {
     double worst = 0;
     for (std::size_t f = 0; f < growth.size(); ++f)
-      worst = std::max(worst, field_weight_[f] * of_root(std::sqrt(std::max(0.0, growth[f]))));
-    return mean_ * worst;
+      worst = std::max(worst, mean_weight_[f] * of_root(std::sqrt(std::max(0.0, growth[f]))));
+    return worst;
   }
   /// What both parts cost together; not less than either.
   [[nodiscard]] static double of_field(double maximum, double mean) {
@@ -74,18 +80,20 @@ private:
   /// that is 6% larger.
   [[nodiscard]] double of_root(double root) const { return bent_ ? std::sqrt(root * std::sqrt(root)) : root; }
 
-  /// Less holds the maximum down and lets the mean square go. Of an error of 1% of the range it makes 1.7%.
-  static constexpr double kMeanInBoth = 0.54;
+  /// Less holds the maximum down and lets the mean square go. Beside the maximum, which is a fraction of the range,
+  /// the mean square counts as one of the standard deviation: a field that is even nearly everywhere, with its range in
+  /// a few small places, has small mean squares as fractions of the range, and they would go unseen.
+  static constexpr double kMeanInBoth = 0.155;
   /// Only what the mean square weighs against the domain error.
   static constexpr double kMeanAlone = 16;
   /// At 1 the mean square is 2% more, and the domain error .6 times as large.
   static constexpr double kDomainBesideMean = 1.0 / 3;
 
   double maximum_;
-  double mean_;
   double domain_;
   bool bent_;
   std::vector<double> field_weight_;
+  std::vector<double> mean_weight_;
 };
 
 } // namespace ptet::build

@@ -34,7 +34,7 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
     : prepared_(prepared), fields_(fields), options_(options), records_(records),
       scales_(whole != nullptr ? *whole : scales_of(prepared, fields)),
       limits_(prepared, fields, options, scales_.diagonal),
-      cost_(options.objective, limits_.field_weights(), limits_.measured_domain_weight()),
+      cost_(options.objective, limits_.field_weights(), scales_.field_deviation, limits_.measured_domain_weight()),
       target_count_(count_of_target(options.target_vertices, prepared.used_vertex_count)), frozen_(prepared.frozen),
       complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
       surface_(complex_, prepared.points, scales_.diagonal, frozen_, domain_error_of(options),

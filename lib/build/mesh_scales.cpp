@@ -1,11 +1,66 @@
 #include "build/mesh_scales.hpp"
 
-#include "build/certify.hpp"
 #include "mesh/box_tree.hpp"
+#include "mesh/vec3.hpp"
 
 #include <cmath>
 
 namespace ptet::build {
+namespace {
+
+double volume_of(const PreparedMesh& prepared, const Tet& tet) {
+  using namespace vec;
+  const auto from_first = [&](std::size_t i) {
+    return prepared.points[tet[i].index()] - prepared.points[tet[0].index()];
+  };
+  return std::abs(dot(from_first(1), cross(from_first(2), from_first(3)))) / 6;
+}
+
+/// By field, exact integrals over the tets.
+std::vector<double> deviations_of(const PreparedMesh& prepared, const NormalizedFields& fields) {
+  const std::size_t channels = fields.channel_count();
+  std::vector<double> mean(channels), variance(channels), deviations;
+  double volume = 0;
+  for (const Tet& tet : prepared.mesh.tets) {
+    const double part = volume_of(prepared, tet);
+    volume += part;
+    for (const VertexId v : tet)
+      for (std::size_t c = 0; c < channels; ++c)
+        mean[c] += part / 4 * fields.at(v.index())[c];
+  }
+  for (double& m : mean)
+    m /= volume > 0 ? volume : 1;
+  for (const Tet& tet : prepared.mesh.tets) {
+    const double part = volume_of(prepared, tet) / 20;
+    for (std::size_t c = 0; c < channels; ++c) {
+      double sum = 0, squares = 0;
+      for (const VertexId v : tet) {
+        const double from_mean = fields.at(v.index())[c] - mean[c];
+        sum += from_mean;
+        squares += from_mean * from_mean;
+      }
+      variance[c] += part * (sum * sum + squares);
+    }
+  }
+  double of_field = 0;
+  for (std::size_t c = 0; c < channels; ++c) {
+    of_field += variance[c];
+    if (!fields.ends_field(c)) continue;
+    const double deviation = std::sqrt(of_field / (volume > 0 ? volume : 1));
+    deviations.push_back(deviation > 0 ? deviation : 1);
+    of_field = 0;
+  }
+  return deviations;
+}
+
+} // namespace
+
+double volume_of(const PreparedMesh& prepared) {
+  double volume = 0;
+  for (const Tet& tet : prepared.mesh.tets)
+    volume += volume_of(prepared, tet);
+  return volume;
+}
 
 MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& fields) {
   BoundingBox box;
@@ -16,7 +71,8 @@ MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& field
                     volume_of(prepared),
                     prepared.used_vertex_count,
                     static_cast<std::uint32_t>(prepared.mesh.tets.size()),
-                    {}};
+                    {},
+                    deviations_of(prepared, fields)};
   for (const GoverningField& field : fields.fields())
     scales.field_range.push_back(field.range);
   return scales;

@@ -15,7 +15,13 @@ struct MeshScales {
   std::uint32_t vertex_count = 0; ///< used
   std::uint32_t tet_count = 0;
   std::vector<double> field_range; ///< by governing field
+  /// By governing field: its standard deviation over the domain, of the distances from its mean, as a fraction of its
+  /// range; 1 for one that does not vary.
+  std::vector<double> field_deviation;
 };
+
+/// Of the original mesh.
+[[nodiscard]] double volume_of(const PreparedMesh& prepared);
 
 /// Of all of `prepared`.
 [[nodiscard]] MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& fields);

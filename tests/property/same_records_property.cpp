@@ -28,7 +28,7 @@ void check_same_on_more_threads(const TetMesh& mesh, BuildOptions options, const
 } // namespace
 
 TEST_CASE("units do not matter", "[build]") {
-  const TetMesh mesh = test::grid({{6, 5, 4}, [](int x, int y, int) { return x != 3 || y != 2; }, 3, 8});
+  const TetMesh mesh = test::grid({{6, 5, 4}, [](int x, int y, int) { return x != 3 || y != 2; }, 3, 11});
   const Built built = build_all(mesh, to_the_end());
   const auto scaled = [&](double length, double pressure, double flow) {
     TetMesh other = mesh;

@@ -27,7 +27,7 @@ struct Choice {
         surface(scene.complex, scene.points(), scene.diagonal, frozen),
         quadrics(scene.complex, scene.points(), scene.fields, scene.diagonal, {1.0}, 1.0,
                  build::QuadricWeight::kVolume),
-        cost(Objective::kMaximum, {1.0}, 1.0),
+        cost(Objective::kMaximum, {1.0}, std::array{1.0}, 1.0),
         removed(scene.points(), scene.fields, scene.diagonal, build::CoveredPoints::kStay),
         candidates(
             scene.complex, surface, quadrics, &quadrics, cost, prediction, round_fraction,

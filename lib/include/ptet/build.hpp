@@ -56,7 +56,9 @@ enum class Evaluation {
 enum class Objective {
   kMaximum,        ///< the greatest
   kRootMeanSquare, ///< the mean square over the domain
-  kBoth,           ///< both together, by the root of the sum of their squares
+  /// Both together, by the root of the sum of their squares: the greatest as a fraction of the field's range, the mean
+  /// square as one of its standard deviation over the domain.
+  kBoth,
 };
 
 /// As in options and reports: "quadric", "vertices", "max".
