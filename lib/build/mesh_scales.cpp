@@ -16,20 +16,19 @@ double volume_of(const PreparedMesh& prepared, const Tet& tet) {
   return std::abs(dot(from_first(1), cross(from_first(2), from_first(3)))) / 6;
 }
 
-/// By field, exact integrals over the tets.
-std::vector<double> deviations_of(const PreparedMesh& prepared, const NormalizedFields& fields) {
+/// By field, exact integrals over the tets; `volume`: of all.
+std::vector<double> deviations_of(const PreparedMesh& prepared, const NormalizedFields& fields, double volume) {
+  if (!(volume > 0)) return std::vector<double>(fields.field_count(), 1.0);
   const std::size_t channels = fields.channel_count();
   std::vector<double> mean(channels), variance(channels), deviations;
-  double volume = 0;
   for (const Tet& tet : prepared.mesh.tets) {
     const double part = volume_of(prepared, tet);
-    volume += part;
     for (const VertexId v : tet)
       for (std::size_t c = 0; c < channels; ++c)
         mean[c] += part / 4 * fields.at(v.index())[c];
   }
   for (double& m : mean)
-    m /= volume > 0 ? volume : 1;
+    m /= volume;
   for (const Tet& tet : prepared.mesh.tets) {
     const double part = volume_of(prepared, tet) / 20;
     for (std::size_t c = 0; c < channels; ++c) {
@@ -46,7 +45,7 @@ std::vector<double> deviations_of(const PreparedMesh& prepared, const Normalized
   for (std::size_t c = 0; c < channels; ++c) {
     of_field += variance[c];
     if (!fields.ends_field(c)) continue;
-    const double deviation = std::sqrt(of_field / (volume > 0 ? volume : 1));
+    const double deviation = std::sqrt(of_field / volume);
     deviations.push_back(deviation > 0 ? deviation : 1);
     of_field = 0;
   }
@@ -67,12 +66,13 @@ MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& field
   for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)
     box.add(prepared.points[v]);
   const double diagonal = std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
+  const double volume = volume_of(prepared);
   MeshScales scales{diagonal > 0 ? diagonal : 1,
-                    volume_of(prepared),
+                    volume,
                     prepared.used_vertex_count,
                     static_cast<std::uint32_t>(prepared.mesh.tets.size()),
                     {},
-                    deviations_of(prepared, fields)};
+                    deviations_of(prepared, fields, volume)};
   for (const GoverningField& field : fields.fields())
     scales.field_range.push_back(field.range);
   return scales;
