@@ -7,7 +7,9 @@ namespace ptet::build {
 CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& move) const {
   move.reach = surface_.reach(complex_, plan.vd, plan.modified);
   if (!surface_.collapse_ok(plan.vs, plan.vd)) return CollapseStatus::kSurfaceTopology;
-  return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, workspaces_.local())
+  BoundarySurface::Workspace& workspace = workspaces_.local();
+  return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, workspace) ||
+                 surface_.would_pass_over(complex_, plan.vs, plan.vd, plan.modified, workspace)
              ? CollapseStatus::kSelfIntersection
              : CollapseStatus::kAccepted;
 }

@@ -115,9 +115,28 @@ struct BoundarySurface::Impl {
   SelfCrossings crossings;
   SlotId first_ghost = 0;
   std::vector<SelfCrossings::Set> curves; ///< by ghost; none where the original does not cross itself
+  std::vector<std::uint32_t> shell;       ///< by ghost: the number of its shell; none where there is but one
 
   std::optional<BoundaryPieces> pieces; ///< where domain errors are to be bounds: what the faces hold
 
+  /// `classes`: of the corners of the faces, which are those of the ghosts.
+  void find_shells(CornerClasses& classes, std::size_t face_count, std::span<const std::uint32_t> crossing_curves) {
+    DisjointSets<> shells(face_count);
+    std::vector<std::uint32_t> of_class(3 * face_count, kNone);
+    std::vector<std::uint32_t> of_curve(crossing_curves.size() + 1, kNone);
+    const auto join = [&](std::uint32_t face, std::uint32_t& first) {
+      if (first == kNone) first = face;
+      shells.join(face, first);
+    };
+    for (std::uint32_t f = 0; f < face_count; ++f) {
+      for (std::uint32_t i = 0; i < 3; ++i)
+        join(f, of_class[classes.of(f, i)]);
+      if (!crossing_curves.empty() && crossing_curves[f] != 0) join(f, of_curve[crossing_curves[f]]);
+    }
+    if (shells.count() < 2) return;
+    for (std::uint32_t f = 0; f < face_count; ++f)
+      shell.push_back(shells.root(f));
+  }
   [[nodiscard]] SelfCrossings::Set curves_of(SlotId ghost) const { return curves[ghost - first_ghost]; }
   /// What a collapse makes is of all curves of what it consumed.
   void join_curves(const WorkingComplex& complex, std::span<const SlotId> modified, std::span<const SlotId> deleted) {
@@ -184,8 +203,10 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
         frozen[v] = 1;
   }
   m.index.build(complex, positions, slots);
-  if (m.crossings.empty()) return;
+  if (slots.empty()) return;
   m.first_ghost = slots.front(); // the others follow without gaps
+  m.find_shells(classes, faces.size(), crossing_curves);
+  if (m.crossings.empty()) return;
   for (std::size_t f = 0; f < faces.size(); ++f)
     m.curves.push_back(m.crossings.of_original(f));
 }
@@ -352,6 +373,44 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
     }
   }
   return false;
+}
+
+bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                      std::span<const SlotId> modified, Workspace& w) const {
+  const Impl& m = *impl_;
+  if (m.shell.empty()) return false;
+  // A face around vs sweeps the tet of its corners and vd.
+  std::vector<Triangle>& swept = w.made_;
+  swept.clear();
+  std::uint32_t shell = 0;
+  for (const SlotId s : modified) {
+    if (!complex.is_ghost(complex.slot(s))) continue;
+    swept.push_back(face_of(complex.slot(s), complex.dummy()));
+    shell = m.shell[s - m.first_ghost];
+  }
+  // What lies between two of the tets is swept, what lies on the faces before or after is not.
+  const auto is_in = [&](const Triangle& face, const Point& p) {
+    const std::array<Point, 4> tet{m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vd]};
+    const int sign = orientation(tet[0], tet[1], tet[2], tet[3]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      std::array<Point, 4> seen = tet;
+      seen[i] = p;
+      const int side = sign * orientation(seen[0], seen[1], seen[2], seen[3]);
+      const bool is_before_or_after = i == 3 || face[i] == vs;
+      if (is_before_or_after ? side <= 0 : side < 0) return false;
+    }
+    return true;
+  };
+  const auto is_swept = [&](const Point& p) {
+    return std::any_of(swept.begin(), swept.end(), [&](const Triangle& face) { return is_in(face, p); });
+  };
+  w.hits_.clear();
+  m.index.query(reach(complex, vd, modified), w.hits_);
+  return std::any_of(w.hits_.begin(), w.hits_.end(), [&](SlotId s) {
+    if (m.shell[s - m.first_ghost] == shell) return false;
+    const Triangle face = face_of(complex.slot(s), complex.dummy());
+    return std::any_of(face.begin(), face.end(), [&](Vertex x) { return is_swept(m.positions[x]); });
+  });
 }
 
 BoundingBox BoundarySurface::reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const {

@@ -92,8 +92,13 @@ public:
   /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                      std::span<const SlotId> modified, Workspace& workspace) const;
-  /// All that an answer of collapse_ok() or would_intersect() that is in favour of the collapse depends on: it stands
-  /// until a face moves in this box.
+  /// Whether vs -> vd would carry the surface past something of another shell: what lies wholly in the space that the
+  /// faces around vs sweep meets none of the new ones, but would be on the other side of them. Shells that cross one
+  /// another in the original count as one. Thread rule: const; one workspace a thread.
+  [[nodiscard]] bool would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                     std::span<const SlotId> modified, Workspace& workspace) const;
+  /// All that an answer of collapse_ok(), would_intersect() or would_pass_over() that is in favour of the collapse
+  /// depends on: it stands until a face moves in this box.
   [[nodiscard]] BoundingBox reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const;
   /// From now on has_moved() tells of collapses.
   void begin_changes();

@@ -1,7 +1,9 @@
 // No cut's boundary crosses itself, not even where it mixes levels in a checkerboard: thin double sheets and real
-// parts, every pair of boundary faces whose boxes meet.
+// parts, every pair of boundary faces whose boxes meet. Nor does one body come to lie in another.
 #include "build/builder.hpp"
+#include "mesh/overlaps.hpp"
 #include "mesh/predicates.hpp"
+#include "mesh/topology.hpp"
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
 #ifdef PTET_TEST_WITH_VTK
@@ -279,6 +281,52 @@ TetMesh reaching_bodies() {
   return mesh;
 }
 
+/// A block with a bumpy upper side, and in each of its dents a small tet that touches nothing.
+TetMesh dusty_block(int cells) {
+  const TetMesh flat = test::grid({{cells, cells, 3}, {}, 2, 5});
+  std::mt19937 random(6);
+  std::vector<Point> positions;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  std::vector<VertexId> upper;
+  for (std::uint32_t v = 0; v < flat.vertex_count(); ++v) {
+    Point p = flat.position(VertexId{v});
+    if (p[2] > 3 * 16 - 3) {
+      p[2] += 5.0 * static_cast<double>(random() % 1000) / 1000;
+      upper.push_back(VertexId{v});
+    }
+    positions.push_back(p);
+  }
+  for (const Tet& tet : flat.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  const auto is_lowest_around = [&](VertexId v) {
+    const Point& p = positions[v.index()];
+    return std::all_of(upper.begin(), upper.end(), [&](VertexId other) {
+      const Point& q = positions[other.index()];
+      return other == v || std::hypot(p[0] - q[0], p[1] - q[1]) > 30 || q[2] > p[2] + 0.3;
+    });
+  };
+  for (const VertexId v : upper) {
+    const Point p = positions[v.index()];
+    const bool is_inside = std::min(p[0], p[1]) > 8 && std::max(p[0], p[1]) < 16 * cells - 8;
+    if (!is_inside || !is_lowest_around(v)) continue;
+    const auto first = static_cast<std::uint32_t>(positions.size());
+    for (const Point& step : {Point{0, 0, 0}, Point{0.05, 0, 0.05}, Point{0, 0.05, 0.05}, Point{0.05, 0.05, 0}})
+      positions.push_back({p[0] + step[0], p[1] + step[1], p[2] + 0.1 + step[2]});
+    tets.push_back({first, first + 1, first + 2, first + 3});
+  }
+  TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+  test::add_test_fields(mesh);
+  return mesh;
+}
+
+/// Tets of the cut that others of it hold the middle of.
+std::size_t tets_within_others(const Built& built, const std::vector<char>& is_split) {
+  const std::vector<Tet> tets = test::cut_mesh(built.records, is_split).tets;
+  const std::vector<Point>& points = built.prepared.points;
+  return find_overlaps(points, tets, build_boundary(tets, build_face_table(tets, points.size()), points.size()), [] {})
+      .within.size();
+}
+
 /// Two sheets of one layer of cells, a small gap apart, waved alike, joined along one side.
 TetMesh double_sheet(int cells, double gap, double wave) {
   const TetMesh flat = test::grid({{cells, cells, 3}, [](int x, int, int z) { return z != 1 || x == 0; }, 0, 1});
@@ -358,6 +406,28 @@ TEST_CASE("cuts cross themselves only where the input does") {
     });
   }
   CHECK(crossed > 100);
+}
+
+//        .      small bodies
+//     __   ___   __
+//    |  \_/   \_/  |   A lid on a dent crosses nothing, and holds what hovered in it.
+//    |_____________|
+TEST_CASE("no body comes to lie in another") {
+  const Built built = build_to_the_end(prepare(dusty_block(12)));
+  CHECK(built.records.validate().empty());
+  const std::size_t bodies = built.prepared.mesh.tets.size() - std::size_t{6 * 12 * 12 * 3};
+  CHECK(bodies > 4);
+  REQUIRE(tets_within_others(built, std::vector<char>(built.records.size(), 1)) == 0);
+  std::mt19937 random(18);
+  for (int i = 0; i < 40; ++i) {
+    std::vector<char> is_split = i % 4 == 3   ? scattered(built, random)
+                                 : i % 4 == 2 ? test::after_collapses(built.records, random() % built.records.size())
+                                              : checkerboard(built, random);
+    test::close_cut(built.records, is_split);
+    CHECK(tets_within_others(built, is_split) == 0);
+    CHECK(crossings(built.records, built.prepared.points, is_split) == 0);
+  }
+  CHECK(tets_within_others(built, std::vector<char>(built.records.size())) == 0);
 }
 
 TEST_CASE("dependencies and squared errors are the same on any number of threads") {

@@ -32,6 +32,10 @@ struct Moving {
     classify(vs, vd);
     return surface.would_intersect(fixture.complex, vs, vd, modified, workspace);
   }
+  bool would_pass_over(Vertex vs, Vertex vd) {
+    classify(vs, vd);
+    return surface.would_pass_over(fixture.complex, vs, vd, modified, workspace);
+  }
   /// Collapses, and returns the domain error. Only the surface is asked.
   double collapse(Vertex vs, Vertex vd) {
     REQUIRE(surface.collapse_ok(vs, vd));
@@ -272,6 +276,36 @@ TEST_CASE("boundary: new faces that fold over one another", "[build][boundary]")
   Moving m(folding_tent());
   CHECK(m.would_intersect(0, 2));
   CHECK_FALSE(m.would_intersect(0, 3));
+}
+
+// The tip of a dent goes to the ring, and the dent is closed: what hovers in it would be inside.
+TEST_CASE("boundary: a body wholly in the space that a surface sweeps", "[build][boundary]") {
+  const auto dent_and_body_at = [](const Point& at) {
+    Fixture body({at, {at[0] + 0.05, at[1], at[2]}, {at[0], at[1] + 0.05, at[2]}, {at[0], at[1], at[2] + 0.05}},
+                 {{0, 1, 2, 3}});
+    return both(tent(-1), kTent, body, {{0, 1, 2, 3}});
+  };
+  const auto passes_over = [&](const Point& at) {
+    Moving m(dent_and_body_at(at));
+    CHECK_FALSE(m.would_intersect(0, 2));
+    return m.would_pass_over(0, 2);
+  };
+  CHECK(passes_over({0.2, -0.1, -0.3}));
+  CHECK(passes_over({-0.025, -0.025, -0.3}));  // where two of the swept tets join
+  CHECK_FALSE(passes_over({0.2, -0.1, 0.3}));  // above the lid
+  CHECK_FALSE(passes_over({0.2, -0.1, -1.4})); // in the body before and after
+  CHECK_FALSE(passes_over({5, 5, 5}));
+  CHECK_FALSE(Moving(tent(-1)).would_pass_over(0, 2));
+
+  // Bodies that reach into one another: the surface of the one lies in places within what the other sweeps.
+  const auto with_curves = [&](std::uint32_t of_tent, std::uint32_t of_body) {
+    std::vector<std::uint32_t> curves(12, of_body);
+    std::fill_n(curves.begin(), 8, of_tent);
+    return Moving(dent_and_body_at({0.2, -0.1, -0.3}), curves).would_pass_over(0, 2);
+  };
+  CHECK_FALSE(with_curves(1, 1));
+  CHECK(with_curves(1, 2));
+  CHECK(with_curves(0, 0));
 }
 
 // A thin slab: the tent's underside is another body's upper face, close below its ring. A tip that goes down to the
