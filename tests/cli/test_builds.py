@@ -353,6 +353,13 @@ class Measure(Case):
         report = self.json("measure", "folded.vtu", "fine.vtu")
         self.assertEqual(report["original"]["validity"]["boundary_self_intersections"], 0)
         self.assertTrue(any("folded over one another" in note for note in report["notes"]))
+        meshes.vtu(self.folder / "nested.vtu", [*points, *((x / 4 + 0.3, y / 4 + 0.3, z / 4 + 0.3) for x, y, z in points)],
+                   [*tets, *([v + len(points) for v in tet] for tet in tets)])
+        report = self.json("measure", "nested.vtu", "fine.vtu")
+        self.assertEqual(report["original"]["validity"]["boundary_self_intersections"], 0)
+        self.assertGreater(report["original"]["validity"]["overlapping_tets"], 0)
+        self.assertFalse(report["original"]["validity"]["valid"])
+        self.assertTrue(any("lie within others" in note for note in report["notes"]))
 
     def test_errors_as_a_mesh(self):
         self.cube("fine.vtu", 4, self.quadratic)

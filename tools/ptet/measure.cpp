@@ -98,12 +98,18 @@ void note_convention(const ComparedMesh& side, std::vector<std::string>& notes) 
 
 /// Says so where the field of the original has several values at one place.
 void note_overlaps(const ComparedMesh& original, std::vector<std::string>& notes) {
-  const bool crosses = original.boundary_intersections > 0;
-  if (!crosses && count_of(original.report, "folded-faces") == 0) return;
-  notes.push_back((crosses ? "the boundary of '" + original.path + "' intersects itself"
-                           : "tets of '" + original.path + "' are folded over one another") +
-                  ": where its tets overlap, their values differ among themselves, and that counts "
-                  "as an error here; the errors that a .ptet file states do not hold it");
+  const auto says = [&](const char* code) { return count_of(original.report, code) > 0; };
+  std::string what;
+  if (original.boundary_intersections > 0)
+    what = "the boundary of '" + original.path + "' intersects itself";
+  else if (says("folded-faces"))
+    what = "tets of '" + original.path + "' are folded over one another";
+  else if (says("overlapping-tets"))
+    what = "parts of '" + original.path + "' lie within others";
+  else
+    return;
+  notes.push_back(what + ": where its tets overlap, their values differ among themselves, and that counts "
+                         "as an error here; the errors that a .ptet file states do not hold it");
 }
 
 // Fields.

@@ -25,7 +25,8 @@ std::vector<Defect> defects_of(const ComparedMesh& side) {
           {"folded_faces", "faces with both tets on one side", count("folded-faces")},
           {"non_manifold_edges", "non-manifold boundary edges", count("non-manifold-edges")},
           {"non_manifold_vertices", "non-manifold vertices", count("non-manifold-vertices")},
-          {"boundary_self_intersections", "pairs of boundary faces that intersect", side.boundary_intersections}};
+          {"boundary_self_intersections", "pairs of boundary faces that intersect", side.boundary_intersections},
+          {"overlapping_tets", "tets at the boundary within others", count("overlapping-tets")}};
 }
 
 bool is_valid(const ComparedMesh& side) {
