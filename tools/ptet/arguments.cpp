@@ -255,9 +255,10 @@ View parse_view(std::string_view option, std::string_view text, bool has_size) {
     } else if (name == "size" && has_size) {
       const std::size_t times = std::min(value.find('x'), value.size());
       constexpr std::uint64_t kMost = 1U << 20;
-      view.width = static_cast<std::uint32_t>(parse_whole(option, value.substr(0, times), 1, kMost));
+      const std::string of_size = std::string(option) + " size";
+      view.width = static_cast<std::uint32_t>(parse_whole(of_size, value.substr(0, times), 1, kMost));
       view.height =
-          static_cast<std::uint32_t>(parse_whole(option, value.substr(std::min(times + 1, value.size())), 1, kMost));
+          static_cast<std::uint32_t>(parse_whole(of_size, value.substr(std::min(times + 1, value.size())), 1, kMost));
     } else {
       refuse(option, text,
              "'" + std::string(part) +

@@ -101,6 +101,7 @@ void print_errors(const BuildOutcome& outcome, std::ostream& out) {
   const std::string share = percent_up(build.domain_error, outcome.info.diagonal);
   out << "  error     domain up to " << brief_up(build.domain_error)
       << (share.empty() ? "" : " (" + share + " of the diagonal)") << '\n';
+  if (!outcome.info.errors_are_bounds) out << "  note      " << kNoBounds << '\n';
 }
 
 void print_costs(const BuildOutcome& outcome, std::ostream& out) {

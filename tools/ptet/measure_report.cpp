@@ -49,7 +49,7 @@ Json to_json(const ComparedMesh& side) {
 }
 
 Json percent_json(double part, double whole) {
-  return whole > 0 ? Json(100 * part / whole) : Json(nullptr);
+  return whole > 0 ? Json(100 * (part / whole)) : Json(nullptr);
 }
 
 Json to_json(const FieldDifference& difference, double range) {
