@@ -1,4 +1,5 @@
 #include "build/builder.hpp"
+#include "build/describe_options.hpp"
 #include "ptet/error.hpp"
 
 #include <cmath>
@@ -18,7 +19,8 @@ void check_options(const BuildOptions& options) {
           "the target number of vertices must be a number >= 0");
   require(options.min_quality >= 0 && options.min_quality < 1, "the least quality must be in [0, 1)");
   require(options.max_star >= 8, "the cap on the star must be at least 8");
-  require(options.round_fraction > 0 && options.round_fraction <= 1, "the part taken in a round must be in (0, 1]");
+  require(round_fraction_of(options) > 0 && round_fraction_of(options) <= 1,
+          "the part taken in a round must be in (0, 1]");
   require(options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact,
           "a prediction that measures everywhere goes with an evaluation that does");
   require(options.prediction != Prediction::kSimulate || options.evaluation != Evaluation::kNone,

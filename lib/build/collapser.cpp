@@ -1,5 +1,6 @@
 #include "build/collapser.hpp"
 
+#include "build/describe_options.hpp"
 #include "mesh/shape.hpp"
 #include "ptet/error.hpp"
 
@@ -47,7 +48,7 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
                                   limits_.field_weights(), limits_.domain_weight(), whole)),
       candidates_(
           complex_, surface_, *predictor_.predictor, predictor_.quadrics, cost_, options.prediction,
-          options.round_fraction,
+          round_fraction_of(options), scales_.vertex_volume(),
           [this] {
             return Trial(complex_, prepared_.points, removed_, exact_.get(), options_.min_quality, options_.max_star);
           },
@@ -55,6 +56,7 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
   if (options.evaluation == Evaluation::kSamples)
     removed_.hold_samples(complex_, whole != nullptr ? std::move(samples)
                                                      : field_samples(prepared.mesh.tets, prepared.points, fields));
+  if (options.prediction == Prediction::kExact) removed_.weigh(vertex_volumes(prepared));
   begin_records();
 }
 

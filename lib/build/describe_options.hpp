@@ -16,4 +16,7 @@ namespace ptet::build {
 [[nodiscard]] std::vector<std::pair<std::string, std::string>>
 describe_options(const BuildOptions& options, const PreparedMesh& prepared, const std::vector<GoverningField>& fields);
 
+/// BuildOptions::round_fraction, or what it is where nobody says.
+[[nodiscard]] double round_fraction_of(const BuildOptions& options);
+
 } // namespace ptet::build

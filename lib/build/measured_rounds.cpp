@@ -40,9 +40,8 @@ MeasuredRounds::MeasuredRounds(Collapser& collapser, BuildReport& report)
     : collapser_(collapser), complex_(collapser.complex()), candidates_(collapser.candidates()), report_(report),
       field_count_(collapser.fields().field_count()),
       squared_scale_(squared_scales(collapser.fields(), collapser.scales().volume)),
-      vertex_volume_(collapser.scales().volume / std::max<double>(1, collapser.scales().vertex_count)),
-      slot_squared_(complex_.slot_count() * field_count_), known_(complex_.vertex_count()),
-      claimed_(complex_.vertex_count() + 1) {}
+      vertex_volume_(collapser.scales().vertex_volume()), slot_squared_(complex_.slot_count() * field_count_),
+      known_(complex_.vertex_count()), claimed_(complex_.vertex_count() + 1) {}
 
 void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round, const std::function<void()>& look) {
   const std::vector<Vertex> measured = apart(picked, round);
@@ -103,11 +102,14 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   std::vector<double>& errors = verdict.errors;
   errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
   verdict.outside.assign(seen.errors_outside().begin(), seen.errors_outside().end());
-  // The integral grows from what stands in the star now to what the collapse makes of it.
+  // The integral grows from what stands in the star now to what the collapse makes of it. What has not been measured
+  // counts as if it stayed as it is, which it seldom does better than.
   const std::vector<double> before = squared_in_star(trial.check());
+  for (const SlotId s : trial.check().modified()) {
+    const double* const now = slot_squared_.data() + s * field_count_;
+    verdict.integrals.insert(verdict.integrals.end(), now, now + field_count_);
+  }
   std::vector<double> growth(field_count_);
-  // Always in the order of the slots, and of what has not been measured nothing: the sums only rise, and whether they
-  // pass a limit does not depend on what was measured first.
   const auto cost = [&] {
     std::fill(growth.begin(), growth.end(), 0.0);
     for (std::size_t i = 0; i < verdict.integrals.size(); ++i)

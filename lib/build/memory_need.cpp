@@ -121,7 +121,8 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   const double candidates = (44 + 10) * vertices + threads * 4 * vertices;
   const double samples = options.evaluation == Evaluation::kSamples ? (24 + 8 + 9 + 8 * channels) * tets : 0;
   const double measuring = is_exact ? exact_bytes(vertices, tets, faces, threads) : 0;
-  const double integrals = options.prediction == Prediction::kExact ? 8 * fields * slots : 0;
+  const double integrals =
+      options.prediction == Prediction::kExact ? 8 * fields * (slots + vertices) + 8 * vertices : 0;
   const double afterwards = 4 * versions + (4 * kParents + 40) * records + 60 * faces; // finding crossing cuts
   const double looping = quadrics + candidates + samples + integrals + (measures_in_loop(options) ? measuring : 0);
   need.collapse = whole(prepared + stream + complex + 9 * vertices +

@@ -61,6 +61,14 @@ double volume_of(const PreparedMesh& prepared) {
   return volume;
 }
 
+std::vector<double> vertex_volumes(const PreparedMesh& prepared) {
+  std::vector<double> volumes(prepared.used_vertex_count);
+  for (const Tet& tet : prepared.mesh.tets)
+    for (const double part = volume_of(prepared, tet) / 4; const VertexId v : tet)
+      volumes[v.index()] += part;
+  return volumes;
+}
+
 MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& fields) {
   BoundingBox box;
   for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)

@@ -4,6 +4,7 @@
 
 #include "build/normalized_fields.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -18,10 +19,16 @@ struct MeshScales {
   /// By governing field: its standard deviation over the domain, of the distances from its mean, as a fraction of its
   /// range; 1 for one that does not vary.
   std::vector<double> field_deviation;
+
+  /// What an average vertex stands for.
+  [[nodiscard]] double vertex_volume() const { return volume / std::max<double>(1, vertex_count); }
 };
 
 /// Of the original mesh.
 [[nodiscard]] double volume_of(const PreparedMesh& prepared);
+
+/// By used vertex: what it stands for of the original, a quarter of each tet around it.
+[[nodiscard]] std::vector<double> vertex_volumes(const PreparedMesh& prepared);
 
 /// Of all of `prepared`.
 [[nodiscard]] MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& fields);

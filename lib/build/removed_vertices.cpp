@@ -52,6 +52,11 @@ void RemovedVertices::hold_samples(WorkingComplex& complex, FieldSamples samples
   }
 }
 
+void RemovedVertices::weigh(std::vector<double> volumes) {
+  volume_ = std::move(volumes);
+  squared_.assign(volume_.size() * fields_.field_count(), 0.0);
+}
+
 double RemovedVertices::least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight) {
   const Vec3 d = p - cell.x[0];
   weight[1] = dot(cell.row[0], d);
@@ -83,8 +88,9 @@ void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Verte
   cell.row = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
 }
 
-double RemovedVertices::see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
-                                  std::vector<double>& errors) const {
+/// One a field.
+void RemovedVertices::see_errors(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
+                                 std::vector<double>& errors) const {
   const std::size_t channels = fields_.channel_count();
   const double* const f = values(point);
   std::array<const double*, 4> g{};
@@ -96,7 +102,6 @@ double RemovedVertices::see_error(Vertex point, const Cell& cell, const std::arr
     rounding[i] = kValueRounding * std::abs(weight[i + 1]) +
                   cell.rounding[i] * (length + std::abs(weight[i + 1]) * norm(cell.x[i + 1] - cell.x[0]));
   double sum_sq = 0;
-  double worst = 0;
   for (std::size_t c = 0; c < channels; ++c) {
     const double own = f[c] - g[0][c]; // without a common offset
     double value = 0;
@@ -112,22 +117,43 @@ double RemovedVertices::see_error(Vertex point, const Cell& cell, const std::arr
     const std::size_t field = fields_.field_of(c);
     double error = std::sqrt(sum_sq) * fields_.exact().scale(field);
     if (std::isnan(error)) error = std::numeric_limits<double>::infinity();
-    errors[field] = std::max(errors[field], error);
-    worst = std::max(worst, error);
+    errors[field] = error;
     sum_sq = 0;
   }
-  return worst;
+}
+
+void RemovedVertices::hold_in(Vertex point, std::uint32_t cell, const std::array<double, 4>& weight, bool is_outside,
+                              Simulation& simulation) const {
+  Cell& in = simulation.cells_[cell];
+  simulation.held_.push_back({point, cell, is_outside});
+  see_errors(point, in, weight, simulation.at_point_);
+  std::vector<double>& errors = is_outside ? simulation.errors_outside_ : simulation.errors_inside_;
+  for (std::size_t f = 0; f < errors.size(); ++f) {
+    errors[f] = std::max(errors[f], simulation.at_point_[f]);
+    if (!is_outside) in.worst = std::max(in.worst, simulation.at_point_[f]);
+  }
+  if (!volume_.empty()) see_squares(point, is_outside, simulation);
+}
+
+/// By the errors at the point that was last looked at.
+void RemovedVertices::see_squares(Vertex point, bool is_outside, Simulation& simulation) const {
+  const std::size_t fields = fields_.field_count();
+  const bool counts = point < volume_.size(); // samples do not
+  for (std::size_t f = 0; f < fields; ++f) {
+    const double error = simulation.at_point_[f];
+    const double squared = counts && !is_outside ? volume_[point] * error * error : 0;
+    simulation.held_squared_.push_back(squared);
+    if (counts) simulation.squared_growth_[f] += squared - squared_[point * fields + f];
+  }
 }
 
 void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
-  auto& cells = simulation.cells_;
-  auto& held = simulation.held_;
+  const auto& cells = simulation.cells_;
   const Point& p = position(point);
   std::array<double, 4> weight{};
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
     if (cells[c].flat || !(least_barycentric(cells[c], p, weight) >= kInside)) continue;
-    held.push_back({point, c, false});
-    cells[c].worst = std::max(cells[c].worst, see_error(point, cells[c], weight, simulation.errors_inside_));
+    hold_in(point, c, weight, false, simulation);
     return;
   }
   ClosestOnTet nearest{{}, std::numeric_limits<double>::infinity()};
@@ -139,13 +165,11 @@ void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
     cell = c;
   }
   const bool is_outside = nearest.distance_sq > outside_distance_sq_;
-  held.push_back({point, cell, is_outside});
-  see_error(point, cells[cell], nearest.weight, is_outside ? simulation.errors_outside_ : simulation.errors_inside_);
+  hold_in(point, cell, nearest.weight, is_outside, simulation);
 }
 
 void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> deleted, Simulation& simulation) const {
-  auto& cells = simulation.cells_;
-  auto& held = simulation.held_;
+  const auto& cells = simulation.cells_;
   // A point left outside, and held by a tet near by, may come to lie inside another one whose boundary moves over it.
   Point low = cells[0].x[0];
   Point high = low;
@@ -166,8 +190,7 @@ void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> de
     if (is_held_here(point)) continue;
     for (std::uint32_t c = 0; c < cells.size(); ++c) {
       if (cells[c].flat || !(least_barycentric(cells[c], position(point), weight) >= kInside)) continue;
-      held.push_back({point, c, false});
-      see_error(point, cells[c], weight, simulation.errors_inside_);
+      hold_in(point, c, weight, false, simulation);
       break;
     }
   }
@@ -177,6 +200,9 @@ void RemovedVertices::simulate(const WorkingComplex& complex, Vertex vs, Vertex 
                                std::span<const SlotId> modified, bool boundary_moves, Simulation& simulation) const {
   simulation.cells_.clear();
   simulation.held_.clear();
+  simulation.held_squared_.clear();
+  simulation.squared_growth_.assign(fields_.field_count(), 0.0);
+  simulation.at_point_.resize(fields_.field_count());
   simulation.errors_inside_.assign(fields_.field_count(), 0.0);
   simulation.errors_outside_.assign(fields_.field_count(), 0.0);
   for (const SlotId s : modified)
@@ -209,6 +235,10 @@ void RemovedVertices::commit(WorkingComplex& complex, std::span<const SlotId> de
     complex.slot(s).first_point = kNone;
   for (const Cell& cell : simulation.cells_)
     complex.slot(cell.slot).first_point = kNone;
+  const std::size_t fields = fields_.field_count();
+  for (std::size_t i = 0; i < all.size() && !volume_.empty(); ++i)
+    if (all[i].point < volume_.size())
+      std::copy_n(&simulation.held_squared_[i * fields], fields, &squared_[all[i].point * fields]);
   for (const auto& held : all) {
     const SlotId slot = simulation.cells_[held.cell].slot;
     std::uint32_t& first = complex.slot(slot).first_point;

@@ -38,6 +38,9 @@ public:
   /// From now on `samples` are looked at too; each is held by its original tet. Before the first collapse.
   void hold_samples(WorkingComplex& complex, FieldSamples samples);
 
+  /// From now on simulations tell of squared errors. `volumes`: by vertex. Before the first collapse.
+  void weigh(std::vector<double> volumes);
+
   /// What a collapse would make of the removed vertices around it; reusable.
   class Simulation {
   public:
@@ -46,6 +49,9 @@ public:
     /// Likewise at those that lie in a modified tet, and at those that do not.
     [[nodiscard]] std::span<const double> errors_inside() const { return errors_inside_; }
     [[nodiscard]] std::span<const double> errors_outside() const { return errors_outside_; }
+    /// By field: what the integral of the squared error, of fractions of the ranges, would grow by over the tets, as
+    /// the trapezoidal rule has it at the removed vertices in them. After weigh().
+    [[nodiscard]] std::span<const double> squared_growth() const { return squared_growth_; }
     /// Likewise the largest of any field at those in the tet of modified slot `s`; 0 for others.
     [[nodiscard]] double error_in(SlotId s) const {
       for (const Cell& cell : cells_)
@@ -73,6 +79,9 @@ public:
     std::vector<Held> held_;
     std::size_t captured_begin_ = 0; ///< from here on `held_` are points that tets elsewhere hold so far
     std::vector<double> errors_, errors_inside_, errors_outside_;
+    std::vector<double> at_point_;     ///< by field: the errors at the point that was last looked at
+    std::vector<double> held_squared_; ///< held x field: volume times squared error, 0 outside; where they are told of
+    std::vector<double> squared_growth_;
   };
 
   /// What the modified tets of vs -> vd would hold, and with which error. Ghosts in the lists are passed over.
@@ -90,9 +99,11 @@ private:
   [[nodiscard]] static double least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight);
   void add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd, Simulation& simulation) const;
   void hold(Vertex point, Simulation& simulation) const;
-  /// Returns the largest error of any field.
-  double see_error(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
-                   std::vector<double>& errors) const;
+  void hold_in(Vertex point, std::uint32_t cell, const std::array<double, 4>& weight, bool is_outside,
+               Simulation& simulation) const;
+  void see_errors(Vertex point, const Cell& cell, const std::array<double, 4>& weight,
+                  std::vector<double>& errors) const;
+  void see_squares(Vertex point, bool is_outside, Simulation& simulation) const;
   void hold_outside_points_now_covered(std::span<const SlotId> deleted, Simulation& simulation) const;
   void let_go(WorkingComplex& complex, Vertex point);
   /// Of a vertex, or behind them of a sample.
@@ -112,6 +123,8 @@ private:
   std::vector<std::uint32_t> next_; ///< by point (vertices, then samples): the next one that the same tet holds
   std::vector<SlotId> holder_;      ///< by point: the tet that holds it
   std::vector<char> is_outside_;    ///< by point
+  std::vector<double> volume_;      ///< by vertex; none where squared errors are not told of
+  std::vector<double> squared_;     ///< vertex x field: volume times squared error where a tet holds it inside, else 0
   std::unique_ptr<OutsideIndex> outside_;
 };
 

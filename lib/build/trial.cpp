@@ -82,9 +82,9 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
   for (std::size_t i = 0; i < 4; ++i)
     version[i] = VertexId{fine.v[i] == check_.plan().vs ? check_.plan().vd : fine.v[i]};
   measured_.assign(fields, 0.0);
-  const std::span<double> wanted(squared, squared != nullptr ? fields : 0);
-  const bool whole = exact_->measure(version, *workspace_, measured_, wanted, limit);
-  if (!whole) std::fill(wanted.begin(), wanted.end(), 0.0);
+  integrals_.assign(squared != nullptr ? fields : 0, 0.0);
+  const bool whole = exact_->measure(version, *workspace_, measured_, integrals_, limit);
+  if (whole) std::copy(integrals_.begin(), integrals_.end(), squared);
   if (known_ != nullptr && known_->takes_more && whole && at == known_->keys.size()) {
     known_->keys.push_back({fine.version, check_.plan().vd});
     known_->values.insert(known_->values.end(), measured_.begin(), measured_.end());

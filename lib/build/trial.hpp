@@ -30,16 +30,16 @@ public:
   [[nodiscard]] const RemovedVertices::Simulation& last_simulation() const { return simulation_; }
 
   /// Raises `errors` (one a field, fractions of the ranges) to the exact maxima over the coarse versions, with what
-  /// rounding can hide of them, and lists the integrals of the squared error in `integrals`, unless that is null:
-  /// modified slot x field, 0 for ghosts. Gives up, returning false, when an error passes its `limit` (one a field), or
-  /// when `enough()`, which is asked after every version, is true. The order is that of the errors that were seen in
-  /// the last simulation; what has not been measured by then has integrals of 0: where it ends, and with what, does not
-  /// depend on what is known. `known`: what was measured before, or null; what is measured now joins it, where it takes
-  /// more, and what has gone leaves it.
+  /// rounding can hide of them, and puts the integrals of the squared error over them in `integrals`, unless that is
+  /// null: modified slot x field; what is missing is 0, and those of ghosts stay as they are. Gives up, returning
+  /// false, when an error passes its `limit` (one a field), or when `enough()`, which is asked after every version, is
+  /// true. The order is that of the errors that were seen in the last simulation; the integrals of what has not been
+  /// measured by then stay as they are: where it ends, and with what, does not depend on what is known. `known`: what
+  /// was measured before, or null; what is measured now joins it, where it takes more, and what has gone leaves it.
   template <class Enough>
   [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals,
                              const std::vector<double>& limit, Enough&& enough, KnownVersions* known = nullptr) {
-    if (integrals != nullptr) integrals->assign(check_.modified().size() * errors.size(), 0.0);
+    if (integrals != nullptr) integrals->resize(check_.modified().size() * errors.size(), 0.0);
     known_ = integrals != nullptr && !errors.empty() ? known : nullptr;
     if (known_ != nullptr) forget_gone();
     order_slots();
@@ -59,7 +59,7 @@ private:
   void order_slots();
   void forget_gone();
   [[nodiscard]] std::size_t find_known(std::uint32_t fine) const;
-  /// `squared`: one a field, 0 so far; null: not wanted.
+  /// `squared`: one a field; null: not wanted.
   bool measure_slot(SlotId slot, std::vector<double>& errors, double* squared, const std::vector<double>& limit);
 
   const WorkingComplex& complex_;
@@ -68,7 +68,7 @@ private:
   CollapseCheck check_;
   RemovedVertices::Simulation simulation_;
   std::optional<ExactFieldError::Workspace> workspace_;
-  std::vector<double> measured_;
+  std::vector<double> measured_, integrals_;
   std::vector<Next> order_;
   KnownVersions* known_ = nullptr;
 };

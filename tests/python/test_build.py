@@ -214,7 +214,7 @@ class Build(unittest.TestCase):
 
     def test_what_is_wrong_is_named(self):
         points, tets, fields = cube(2)
-        for name, value in (("min_quality", "good"), ("round_fraction", None), ("max_domain_error", 10**400)):
+        for name, value in (("min_quality", "good"), ("round_fraction", "much"), ("max_domain_error", 10**400)):
             with self.subTest(name), self.assertRaisesRegex(ptet.ArgumentError, name):
                 ptet.build(points, tets, fields, **{name: value})
         for wrong in (fields["t"], [("t", fields["t"])]):

@@ -129,6 +129,22 @@ TEST_CASE("removed: a simulation alone changes nothing", "[build][removed]") {
     CHECK(f.complex.slot(s).first_point == build::kNone);
 }
 
+TEST_CASE("removed: what squared errors grow by is the trapezoidal rule at the vertices", "[build][removed]") {
+  Fixture f = octahedron();
+  Holding h(f.points, scalars({1, 3, 5, 6, 2, 4, 10}));
+  CHECK(h.collapse(f, 6, 0) == Approx(8.0 / 9)); // nobody has asked for squares
+  CHECK(h.seen.squared_growth()[0] == 0);
+
+  f = octahedron();
+  Holding weighed(f.points, scalars({1, 3, 5, 6, 2, 4, 10}));
+  weighed.removed.weigh({2, 1, 1, 1, 1, 1, 3});
+  weighed.collapse(f, 6, 0);
+  CHECK(weighed.seen.squared_growth()[0] == Approx(3 * 64.0 / 81));
+  // The vertex 6 has 3 now instead of 2, which is nearer to its 10; 0 lies outside.
+  weighed.collapse(f, 0, 4);
+  CHECK(weighed.seen.squared_growth()[0] == Approx(3 * (49 - 64.0) / 81));
+}
+
 TEST_CASE("removed: a point outside counts for a tet that comes to cover it later", "[build][removed]") {
   //                               0  1    2  3  4  5  6     7  8  9  10 11
   Holding h(tent_and_cover_points(), scalars({6, 100, 1, 0, 3, 0, 0.32, 8, 0, 0, 0, 0}));

@@ -159,7 +159,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
           predict: str | None = None, evaluate: str | None = None, objective: str = "both",
           max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
           target_vertices: Count | float = 0.01, min_quality: float = 1e-3, max_star: int = 64,
-          round_fraction: float = 0.3, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
+          round_fraction: float | None = None, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
           weld: bool = False, keep_order: bool = False, source_name: str = "", source_hash: str = "",
           progress: Optional[ProgressCallback] = None) -> Built:
     """Simplifies a mesh, and keeps all its levels in one file.
@@ -184,7 +184,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         target_vertices: how far down to go: a number of vertices, "1%" of them, or such a fraction below 1.
         min_quality: floor of the shape measure 6 sqrt(2) V / Lmax^3, 0 flat to 1 regular.
         max_star: cap on the tets and boundary faces around a vertex, 8 to 4096.
-        round_fraction: the best part of the candidates that a round may take, in (0, 1].
+        round_fraction: the best part of the candidates that a round may take, in (0, 1]; None: 0.15 where the
+            collapses are ordered by "exact", else 0.3.
         threads: worker threads; 0: as many as the machine has. The bytes do not depend on it.
         memory_limit: the most resident memory, in bytes, that the process may come to; 0: no limit. A build that would
             take more is refused before it takes it (LimitError).
@@ -231,7 +232,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
     data, report = _core.build(
         point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target, parse_number(min_quality, "min_quality"), prediction,
-        evaluation, objective, _whole(max_star, 8, 4096, "max_star"), parse_number(round_fraction, "round_fraction"),
+        evaluation, objective, _whole(max_star, 8, 4096, "max_star"), 
+        None if round_fraction is None else parse_number(round_fraction, "round_fraction"),
         _whole(threads, 0, 1024, "threads"), _whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
         _whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,
         progress)
