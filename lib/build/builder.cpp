@@ -43,6 +43,7 @@ public:
       collapser_.emplace(prepared, fields_, whole, std::move(samples), options, records_);
       rounds_.emplace(*collapser_, options, round_state_, report);
     });
+    report.min_quality = min_quality_of(options, prepared);
     report.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] =
         prepared.used_vertex_count - collapser_->candidates().movable_count();
   }

@@ -17,7 +17,8 @@ void check_options(const BuildOptions& options) {
   };
   require(options.target_vertices >= 0 && std::isfinite(options.target_vertices),
           "the target number of vertices must be a number >= 0");
-  require(options.min_quality >= 0 && options.min_quality < 1, "the least quality must be in [0, 1)");
+  const double min_quality = options.min_quality.value_or(0);
+  require(min_quality >= 0 && min_quality < 1, "the least quality must be in [0, 1)");
   require(options.max_star >= 8, "the cap on the star must be at least 8");
   require(round_fraction_of(options) > 0 && round_fraction_of(options) <= 1,
           "the part taken in a round must be in (0, 1]");

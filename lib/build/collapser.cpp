@@ -49,8 +49,8 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
       candidates_(
           complex_, surface_, *predictor_.predictor, predictor_.quadrics, cost_, options.prediction,
           round_fraction_of(options), scales_.vertex_volume(),
-          [this] {
-            return Trial(complex_, prepared_.points, removed_, exact_.get(), options_.min_quality, options_.max_star);
+          [this, min_quality = min_quality_of(options, prepared)] {
+            return Trial(complex_, prepared_.points, removed_, exact_.get(), min_quality, options_.max_star);
           },
           frozen_) {
   if (options.evaluation == Evaluation::kSamples)

@@ -1,9 +1,30 @@
 #include "build/describe_options.hpp"
 
 #include "mesh/number_text.hpp"
+#include "mesh/shape.hpp"
+
+#include <algorithm>
 
 namespace ptet::build {
 namespace {
+
+/// At most; see BuildOptions::min_quality.
+constexpr double kMinQuality = 1e-3;
+constexpr double kOfMedianQuality = 1.0 / 20;
+/// The median is that of so many tets, or some more, spread over the mesh.
+constexpr std::size_t kTetsForMedian = 20'000;
+
+double median_quality(const PreparedMesh& prepared) {
+  const std::vector<Tet>& tets = prepared.mesh.tets;
+  std::vector<double> qualities;
+  for (std::size_t t = 0; t < tets.size(); t += std::max<std::size_t>(1, tets.size() / kTetsForMedian)) {
+    const auto at = [&](std::size_t i) -> const Point& { return prepared.points[tets[t][i].index()]; };
+    qualities.push_back(shape_quality(at(0), at(1), at(2), at(3)));
+  }
+  const auto middle = qualities.begin() + static_cast<std::ptrdiff_t>(qualities.size() / 2);
+  std::nth_element(qualities.begin(), middle, qualities.end());
+  return *middle;
+}
 
 std::string text_of(const Bound& bound) {
   return bound.relative ? number_text(bound.value * 100) + "%" : number_text(bound.value);
@@ -21,7 +42,7 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
     described.emplace_back("max-field-error", (bound.field.empty() ? "" : bound.field + "=") + text_of(bound.bound));
   described.emplace_back("max-domain-error", text_of(options.max_domain_error));
   described.emplace_back("target-vertices", number_text(options.target_vertices));
-  described.emplace_back("min-quality", number_text(options.min_quality));
+  described.emplace_back("min-quality", number_text(min_quality_of(options, prepared)));
   described.emplace_back("predict", name_of(options.prediction));
   described.emplace_back("evaluate", name_of(options.evaluation));
   // Other predictions do not ask for it.
@@ -33,6 +54,11 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
   if (options.keep_order) described.emplace_back("keep-order", "yes");
   if (options.pieces > 1) described.emplace_back("pieces", std::to_string(options.pieces));
   return described;
+}
+
+double min_quality_of(const BuildOptions& options, const PreparedMesh& prepared) {
+  if (options.min_quality) return *options.min_quality;
+  return std::min(kMinQuality, kOfMedianQuality * median_quality(prepared));
 }
 
 double round_fraction_of(const BuildOptions& options) {

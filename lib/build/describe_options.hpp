@@ -16,6 +16,9 @@ namespace ptet::build {
 [[nodiscard]] std::vector<std::pair<std::string, std::string>>
 describe_options(const BuildOptions& options, const PreparedMesh& prepared, const std::vector<GoverningField>& fields);
 
+/// BuildOptions::min_quality, or what it is for this mesh where nobody says.
+[[nodiscard]] double min_quality_of(const BuildOptions& options, const PreparedMesh& prepared);
+
 /// BuildOptions::round_fraction, or what it is where nobody says.
 [[nodiscard]] double round_fraction_of(const BuildOptions& options);
 

@@ -120,6 +120,7 @@ std::vector<std::byte> PieceDecisions::decide(std::uint32_t index, const Progres
     for (const PointArray& array : piece.prepared.mesh.point_arrays)
       options.fields.push_back(array.name);
     options.target_vertices = piece.prepared.used_vertex_count - goal;
+    options.min_quality = min_quality_of(options_, prepared_); // of the whole
     BuildReport report;
     decided.records = collapse_part(piece.prepared, options, scales_, samples_in(piece), report, progress);
     for (std::vector<VertexId>* const ids : {&decided.records.removed, &decided.records.target})

@@ -169,6 +169,34 @@ TEST_CASE("the target is met exactly, as a number and as a part", "[build]") {
   CHECK(left_with_target(1e300) == 343);
 }
 
+// A coarser plate has flatter tets: a floor for their shape is one of the plate's own tets.
+TEST_CASE("plates get coarser however thin they are", "[build]") {
+  for (const double thickness : {16.0, 16e-3, 16e-6}) {
+    INFO("thickness " << thickness);
+    const TetMesh thick = test::grid({{16, 16, 1}, {}, 0, 1});
+    std::vector<Point> positions;
+    std::vector<std::array<std::uint32_t, 4>> tets;
+    for (std::uint32_t v = 0; v < thick.vertex_count(); ++v) {
+      const Point p = thick.position(VertexId{v});
+      positions.push_back({p[0], p[1], p[2] / 16 * thickness});
+    }
+    for (const Tet& tet : thick.tets)
+      tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+    TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+    test::add_test_fields(mesh);
+    BuildOptions options;
+    options.target_vertices = 0.05;
+    const Built built = build_all(mesh, options);
+    CHECK(built.report.stopped_by == "target");
+    CHECK(built.report.min_quality == Approx(std::min(1e-3, 0.05 * 0.5 * thickness / 16)).epsilon(0.01));
+    CHECK(built.report.domain_error < 0.003 * built.stream.diagonal);
+    if (thickness == 16) continue;
+    options.min_quality = 1e-3;
+    CHECK(build_all(mesh, options).report.stopped_by != "target");
+    CHECK(build_all(mesh, options).report.min_quality == 1e-3);
+  }
+}
+
 TEST_CASE("progress only grows, and cancelling throws", "[build]") {
   const PreparedMesh prepared = prepare(test::grid({{5, 5, 5}, {}, 2, 2}));
   BuildReport report;

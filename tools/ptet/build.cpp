@@ -119,7 +119,7 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.target_vertices) wishes.target = parse_count("--target-vertices", *arguments.target_vertices);
   if (arguments.min_quality) {
     wishes.options.min_quality = parse_number("--min-quality", *arguments.min_quality);
-    if (wishes.options.min_quality >= 1) {
+    if (*wishes.options.min_quality >= 1) {
       throw Error(ErrorCode::kBadArgument,
                   "--min-quality '" + *arguments.min_quality + "': it must be below 1, the shape of a regular tet");
     }
@@ -342,7 +342,7 @@ void add_build(CLI::App& program) {
   command
       ->add_option("--min-quality", arguments->min_quality,
                    "no tet below this shape (1 regular, 0 flat), unless\n"
-                   "its place had a worse one before (0.001)")
+                   "its place had a worse one before (0.001; less for\nmeshes of mostly flat tets)")
       ->option_text("Q");
   command
       ->add_option("--method", arguments->method,

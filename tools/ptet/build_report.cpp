@@ -59,7 +59,7 @@ std::string hint_of(const BuildReport& build, const BuildOptions& options) {
   };
   const std::array<Limit, 4> limits{
       {{CollapseStatus::kStarTooLarge, "--max-star " + std::to_string(options.max_star), "larger"},
-       {CollapseStatus::kQuality, "--min-quality " + brief(options.min_quality, 3), "smaller"},
+       {CollapseStatus::kQuality, "--min-quality " + brief(build.min_quality, 3), "smaller"},
        {CollapseStatus::kDomainError, "--max-domain-error " + text_of(options.max_domain_error), "larger"},
        {CollapseStatus::kFieldError, "--max-field-error", "larger"}}};
   const auto count = [&](CollapseStatus status) {
@@ -176,6 +176,7 @@ void print_json(const BuildOutcome& outcome) {
   json["rounds"] = build.rounds;
   json["depth"] = build.depth;
   json["cut_dependencies"] = build.cut_dependencies;
+  json["min_quality"] = build.min_quality;
   json["stopped_by"] = build.stopped_by;
   json["last_refusals"] = last_refusals;
   json["collapses"] = collapses;

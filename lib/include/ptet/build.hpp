@@ -92,8 +92,9 @@ struct BuildOptions {
   /// be collapsed; the report says which.
   double target_vertices = 0.01;
   /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
-  /// it is no worse than the worst of the star it comes from.
-  double min_quality = 1e-3;
+  /// it is no worse than the worst of the star it comes from. None: 1e-3, or a twentieth of the median of the mesh's
+  /// tets where that is less, so that plates, shells and layers can get coarser, too: that makes their tets flatter.
+  std::optional<double> min_quality;
   Prediction prediction = Prediction::kExact;
   Evaluation evaluation = Evaluation::kExact;
   Objective objective = Objective::kBoth;
@@ -142,6 +143,7 @@ struct BuildReport {
   std::uint64_t records = 0;
   std::uint32_t rounds = 0;
   std::uint32_t depth = 0; ///< longest chain of records that depend on one another
+  double min_quality = 0;  ///< BuildOptions::min_quality, or what it was taken to be
   /// How many tries came to each CollapseStatus; under kFrozenVertex the number of vertices that were never tried.
   std::array<std::uint64_t, kCollapseStatusCount> collapses{};
   /// Why the build ended: "target", or "no candidate left" and what kept the half-edges that are left from being

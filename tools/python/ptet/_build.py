@@ -158,7 +158,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
           out: PathLike | None = None, govern: str | Iterable[str] | None = None, method: str = "exact",
           predict: str | None = None, evaluate: str | None = None, objective: str = "both",
           max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
-          target_vertices: Count | float = 0.01, min_quality: float = 1e-3, max_star: int = 64,
+          target_vertices: Count | float = 0.01, min_quality: float | None = None, max_star: int = 64,
           round_fraction: float | None = None, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
           weld: bool = False, keep_order: bool = False, source_name: str = "", source_hash: str = "",
           progress: Optional[ProgressCallback] = None) -> Built:
@@ -182,7 +182,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         max_field_error: no collapse may have a larger one; field units or "2%", one for all or by field.
         max_domain_error: no collapse may have a larger one; mesh units or "2%" of the diagonal.
         target_vertices: how far down to go: a number of vertices, "1%" of them, or such a fraction below 1.
-        min_quality: floor of the shape measure 6 sqrt(2) V / Lmax^3, 0 flat to 1 regular.
+        min_quality: floor of the shape measure 6 sqrt(2) V / Lmax^3, 0 flat to 1 regular; None: 1e-3, or a twentieth of
+            the median of the mesh where that is less.
         max_star: cap on the tets and boundary faces around a vertex, 8 to 4096.
         round_fraction: the best part of the candidates that a round may take, in (0, 1]; None: 0.15 where the
             collapses are ordered by "exact", else 0.3.
@@ -231,7 +232,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         raise ArgumentError(f"progress {progress!r}: it cannot be called")
     data, report = _core.build(
         point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
-        names, bounds, parse_bound(max_domain_error, "max_domain_error"), target, parse_number(min_quality, "min_quality"), prediction,
+        names, bounds, parse_bound(max_domain_error, "max_domain_error"), target,
+        None if min_quality is None else parse_number(min_quality, "min_quality"), prediction,
         evaluation, objective, _whole(max_star, 8, 4096, "max_star"), 
         None if round_fraction is None else parse_number(round_fraction, "round_fraction"),
         _whole(threads, 0, 1024, "threads"), _whole(memory_limit, 0, 2**64 - 1, "memory_limit"),

@@ -24,7 +24,7 @@ def build(
     max_field_error: Sequence[tuple[str, float, bool]],
     max_domain_error: _Bound,
     target_vertices: float,
-    min_quality: float,
+    min_quality: float | None,
     prediction: str,
     evaluation: str,
     objective: str,

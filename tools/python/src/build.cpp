@@ -106,7 +106,7 @@ py::dict to_dict(const MeshReport& report) {
 py::tuple build(const py::array& points, const py::array& tets, const NamedArrays& fields,
                 const std::optional<std::string>& out, const std::vector<std::string>& govern,
                 const std::vector<std::tuple<std::string, double, bool>>& max_field_error,
-                const PlainBound& max_domain_error, double target_vertices, double min_quality,
+                const PlainBound& max_domain_error, double target_vertices, std::optional<double> min_quality,
                 const std::string& prediction, const std::string& evaluation, const std::string& objective,
                 std::uint32_t max_star, std::optional<double> round_fraction, unsigned threads,
                 std::uint64_t memory_limit, std::uint32_t pieces, bool weld, bool keep_order,
