@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <optional>
 #include <tuple>
 
@@ -123,7 +124,7 @@ struct BoundarySurface::Impl {
   void find_shells(CornerClasses& classes, std::size_t face_count, std::span<const std::uint32_t> crossing_curves) {
     DisjointSets<> shells(face_count);
     std::vector<std::uint32_t> of_class(3 * face_count, kNone);
-    std::vector<std::uint32_t> of_curve(crossing_curves.size() + 1, kNone);
+    std::map<std::uint32_t, std::uint32_t> of_curve; // those of a piece are numbers of the whole mesh
     const auto join = [&](std::uint32_t face, std::uint32_t& first) {
       if (first == kNone) first = face;
       shells.join(face, first);
@@ -131,7 +132,8 @@ struct BoundarySurface::Impl {
     for (std::uint32_t f = 0; f < face_count; ++f) {
       for (std::uint32_t i = 0; i < 3; ++i)
         join(f, of_class[classes.of(f, i)]);
-      if (!crossing_curves.empty() && crossing_curves[f] != 0) join(f, of_curve[crossing_curves[f]]);
+      if (!crossing_curves.empty() && crossing_curves[f] != 0)
+        join(f, of_curve.try_emplace(crossing_curves[f], kNone).first->second);
     }
     if (shells.count() < 2) return;
     for (std::uint32_t f = 0; f < face_count; ++f)
@@ -388,7 +390,12 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
     swept.push_back(face_of(complex.slot(s), complex.dummy()));
     shell = m.shell[s - m.first_ghost];
   }
-  // What lies between two of the tets is swept, what lies on the faces before or after is not.
+  // What lies between two of the tets is swept, what lies on a face that is there before or after is not.
+  const auto lies_between = [&](Vertex x) {
+    return std::count_if(swept.begin(), swept.end(), [&](const Triangle& face) {
+             return std::find(face.begin(), face.end(), x) != face.end();
+           }) == 2;
+  };
   const auto is_in = [&](const Triangle& face, const Point& p) {
     const std::array<Point, 4> tet{m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vd]};
     const int sign = orientation(tet[0], tet[1], tet[2], tet[3]);
@@ -396,8 +403,12 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
       std::array<Point, 4> seen = tet;
       seen[i] = p;
       const int side = sign * orientation(seen[0], seen[1], seen[2], seen[3]);
-      const bool is_before_or_after = i == 3 || face[i] == vs;
-      if (is_before_or_after ? side <= 0 : side < 0) return false;
+      if (side < 0) return false;
+      if (side > 0) continue;
+      if (i == 3 || face[i] == vs) return false;
+      // On the side of vs, vd and the third corner.
+      const auto third = std::find_if(face.begin(), face.end(), [&](Vertex x) { return x != vs && x != face[i]; });
+      if (!lies_between(*third)) return false;
     }
     return true;
   };

@@ -23,7 +23,7 @@ double median_quality(const PreparedMesh& prepared) {
   }
   const auto middle = qualities.begin() + static_cast<std::ptrdiff_t>(qualities.size() / 2);
   std::nth_element(qualities.begin(), middle, qualities.end());
-  return *middle;
+  return std::max(0.0, *middle); // of flat tets rounding makes less
 }
 
 std::string text_of(const Bound& bound) {

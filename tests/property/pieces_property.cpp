@@ -253,6 +253,31 @@ TEST_CASE("pieces: every method, the same bytes on any number of threads", "[pie
   }
 }
 
+TEST_CASE("pieces: bodies that cross one another in pairs, more pairs than a piece has faces", "[pieces]") {
+  std::vector<Point> positions;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (int pair = 0; pair < 60; ++pair)
+    for (const double shift : {0.0, 0.15}) {
+      const auto first = static_cast<std::uint32_t>(positions.size());
+      for (const Point& p : {Point{0, 0, 0}, Point{1, 0, 0}, Point{0, 1, 0}, Point{0, 0, 1}, Point{0.3, 0.3, 0.3}})
+        positions.push_back({3.0 * pair + p[0] + shift, p[1] + shift, p[2] + shift / 2});
+      for (std::uint32_t i = 0; i < 4; ++i) { // around the last one
+        std::array<std::uint32_t, 4> tet = {first, first + 1, first + 2, first + 3};
+        tet.at(i) = first + 4;
+        tets.push_back(tet);
+      }
+    }
+  TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+  test::add_test_fields(mesh);
+  BuildOptions options = options_of(16);
+  options.fields = {"pressure"};
+  BuildReport report;
+  const Bytes one = build_memory(mesh, options, &report, "mesh", "hash");
+  CHECK(report.piece_records > 60);
+  options.threads = 2;
+  CHECK(build_memory(mesh, options, nullptr, "mesh", "hash") == one);
+}
+
 TEST_CASE("pieces: in a piece errors are what they are in the whole mesh", "[pieces]") {
   // A piece that is all of the mesh decides what a build of the whole does.
   const TetMesh mesh = test::grid({{6, 6, 6}, {}, 3, 12});

@@ -306,6 +306,12 @@ TEST_CASE("boundary: a body wholly in the space that a surface sweeps", "[build]
   CHECK_FALSE(with_curves(1, 1));
   CHECK(with_curves(1, 2));
   CHECK(with_curves(0, 0));
+  CHECK_FALSE(with_curves(4000, 4000)); // of a piece: numbers of the whole mesh
+  CHECK(with_curves(4000, 4001));
+
+  // A bump that goes away from what touches one of the faces that go, in the middle of it.
+  const Fixture beside({{0, 0.5, 0.5}, {0.05, 0.6, 0.6}, {-0.05, 0.6, 0.6}, {0, 0.55, 0.7}}, {{0, 1, 2, 3}});
+  CHECK_FALSE(Moving(both(tent(1), kTent, beside, {{0, 1, 2, 3}})).would_pass_over(0, 2));
 }
 
 // A thin slab: the tent's underside is another body's upper face, close below its ring. A tip that goes down to the

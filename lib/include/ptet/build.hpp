@@ -92,8 +92,9 @@ struct BuildOptions {
   /// be collapsed; the report says which.
   double target_vertices = 0.01;
   /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
-  /// it is no worse than the worst of the star it comes from. None: 1e-3, or a twentieth of the median of the mesh's
-  /// tets where that is less, so that plates, shells and layers can get coarser, too: that makes their tets flatter.
+  /// it is no worse than the worst of the star it comes from. None: 1e-3, or a twentieth of the median of some
+  /// 20,000 of the mesh's tets where that is less, so that plates, shells and layers can get coarser, too: that makes
+  /// their tets flatter.
   std::optional<double> min_quality;
   Prediction prediction = Prediction::kExact;
   Evaluation evaluation = Evaluation::kExact;

@@ -63,6 +63,7 @@ class BuildReport:
         records: collapses that the file holds.
         rounds: how many there were; `walk` has one entry for each.
         depth: longest chain of records that depend on one another.
+        min_quality: the floor of the shape measure, also where nobody said.
         collapses: tries by what became of them: "accepted", "link condition", ...
         stopped_by: "target", or "no candidate left" with what stands against each half-edge that is left.
         simulations, exact_evaluations: half-edges that were simulated, and measured exactly, before they were taken.
@@ -84,6 +85,7 @@ class BuildReport:
     records: int
     rounds: int
     depth: int
+    min_quality: float
     collapses: dict[str, int]
     stopped_by: str
     simulations: int

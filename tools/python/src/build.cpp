@@ -58,6 +58,7 @@ py::dict to_dict(const BuildReport& report) {
   dict["records"] = report.records;
   dict["rounds"] = report.rounds;
   dict["depth"] = report.depth;
+  dict["min_quality"] = report.min_quality;
   dict["collapses"] = collapses;
   dict["stopped_by"] = report.stopped_by;
   dict["simulations"] = report.simulations;
