@@ -436,11 +436,17 @@ TEST_CASE("limits hold for whatever is recorded, and stop the build", "[build][m
 
 TEST_CASE("an objective lowers what it is named for, and matters only where collapses are simulated",
           "[build][methods]") {
+  // Large enough for chance to even out.
+  std::vector<TetMesh> meshes = {
+      test::grid({{9, 9, 7}, [](int x, int y, int) { return x < 4 || y < 5; }, 3, 61}),
+      test::grid({{12, 12, 2}, [](int x, int y, int) { return x < 4 || x > 7 || y < 4 || y > 7; }, 3, 62}),
+      test::grid({{8, 8, 8}, {}, 3, 63})};
+  for (TetMesh& mesh : meshes)
+    give_one_field(mesh);
   // Ratios of greatest and mean square errors at equal vertex counts, all over the meshes.
-  const auto logs = [](Prediction prediction) {
+  const auto logs = [&](Prediction prediction) {
     std::array<double, 2> sum{};
-    for (const auto& [name, mesh] : meshes_to_build()) {
-      if (mesh.point_arrays.size() != 1) continue;
+    for (const TetMesh& mesh : meshes) {
       const PreparedMesh prepared = prepare(mesh);
       std::array<double, 2> maximum{}, square{};
       for (const std::size_t o : {0U, 1U}) {
@@ -457,7 +463,7 @@ TEST_CASE("an objective lowers what it is named for, and matters only where coll
     return sum;
   };
   const auto exact = logs(Prediction::kExact);
-  CHECK(exact[0] < -0.2);
+  CHECK(exact[0] < -1);
   CHECK(exact[1] < 0);
   const auto simulated = logs(Prediction::kSimulate);
   CHECK(simulated[0] < 0);
