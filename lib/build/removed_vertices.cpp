@@ -238,7 +238,7 @@ void RemovedVertices::commit(WorkingComplex& complex, std::span<const SlotId> de
   const std::size_t fields = fields_.field_count();
   for (std::size_t i = 0; i < all.size() && !volume_.empty(); ++i)
     if (all[i].point < volume_.size())
-      std::copy_n(&simulation.held_squared_[i * fields], fields, &squared_[all[i].point * fields]);
+      std::copy_n(simulation.held_squared_.data() + i * fields, fields, squared_.data() + all[i].point * fields);
   for (const auto& held : all) {
     const SlotId slot = simulation.cells_[held.cell].slot;
     std::uint32_t& first = complex.slot(slot).first_point;
