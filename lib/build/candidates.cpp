@@ -36,11 +36,10 @@ constexpr std::size_t kGrainsBetweenLooks = 256;
 
 Candidates::Candidates(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
                        const QuadricPredictor* quadrics, const CollapseCost& cost, Prediction prediction,
-                       double round_fraction, double vertex_volume, std::function<Trial()> new_trial,
-                       const std::vector<char>& frozen)
+                       double round_fraction, std::function<Trial()> new_trial, const std::vector<char>& frozen)
     : complex_(complex), surface_(surface), predictor_(predictor), quadrics_(quadrics), cost_(cost),
-      prediction_(prediction), round_fraction_(round_fraction), vertex_volume_(vertex_volume),
-      pages_(complex.vertex_count()), dirty_(complex.vertex_count(), 1),
+      prediction_(prediction), round_fraction_(round_fraction), pages_(complex.vertex_count()),
+      dirty_(complex.vertex_count(), 1),
       workers_([&complex, new_trial = std::move(new_trial)] { return Worker(new_trial(), complex.vertex_count()); }) {
   for (Vertex v = 0; v < complex.vertex_count(); ++v)
     if (!frozen[v]) movable_.push_back(v);
@@ -158,7 +157,7 @@ float Candidates::simulated_cost(Vertex v, Vertex target, Trial& trial, std::vec
   double part = 1;
   if (is_measured) {
     growth.assign(seen.squared_growth().begin(), seen.squared_growth().end());
-    part = kOfVerticesAtLeast / vertex_volume_;
+    part = kOfVerticesAtLeast;
   } else {
     growth.resize(cost_.field_weight().size());
     quadrics_->squared_growth(v, target, growth);

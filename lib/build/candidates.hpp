@@ -50,7 +50,7 @@ public:
   /// The predictor of the costs; for predictions that simulate it makes the shortlist.
   Candidates(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
              const QuadricPredictor* quadrics, const CollapseCost& cost, Prediction prediction, double round_fraction,
-             double vertex_volume, std::function<Trial()> new_trial, const std::vector<char>& frozen);
+             std::function<Trial()> new_trial, const std::vector<char>& frozen);
 
   /// Brings the pages up to date. Vertices that failed wait until `round` is theirs. Where costs are simulated, those
   /// that were far from being picked keep their old page until they are near (lazy evaluation).
@@ -170,7 +170,6 @@ private:
   const CollapseCost& cost_;
   Prediction prediction_;
   double round_fraction_;
-  double vertex_volume_; ///< of an average vertex
   std::vector<Page> pages_;
   std::vector<char> dirty_;
   std::vector<News> news_;

@@ -1,6 +1,5 @@
 #include "build/certify.hpp"
 
-#include "build/mesh_scales.hpp"
 #include "error/tolerances.hpp"
 #include "ptet/error.hpp"
 
@@ -56,7 +55,6 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
                           const ProgressCallback& progress, std::uint64_t* certified_before) {
   std::uint64_t none = 0;
   std::uint64_t& done = certified_before != nullptr ? *certified_before : none;
-  records.volume = volume_of(prepared);
   const std::size_t field_count = fields.field_count();
   if (done == 0) records.squared_error.assign(records.size() * field_count, 0.0);
   if (field_count == 0 || records.size() == 0) return;

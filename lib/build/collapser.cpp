@@ -48,7 +48,7 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
                                   limits_.field_weights(), limits_.domain_weight(), whole)),
       candidates_(
           complex_, surface_, *predictor_.predictor, predictor_.quadrics, cost_, options.prediction,
-          round_fraction_of(options), scales_.vertex_volume(),
+          round_fraction_of(options),
           [this, min_quality = min_quality_of(options, prepared)] {
             return Trial(complex_, prepared_.points, removed_, exact_.get(), min_quality, options_.max_star);
           },
@@ -56,7 +56,7 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
   if (options.evaluation == Evaluation::kSamples)
     removed_.hold_samples(complex_, whole != nullptr ? std::move(samples)
                                                      : field_samples(prepared.mesh.tets, prepared.points, fields));
-  if (options.prediction == Prediction::kExact) removed_.weigh(vertex_volumes(prepared));
+  if (options.prediction == Prediction::kExact) removed_.weigh(vertex_volumes(prepared, scales_));
   begin_records();
 }
 

@@ -61,14 +61,6 @@ double volume_of(const PreparedMesh& prepared) {
   return volume;
 }
 
-std::vector<double> vertex_volumes(const PreparedMesh& prepared) {
-  std::vector<double> volumes(prepared.used_vertex_count);
-  for (const Tet& tet : prepared.mesh.tets)
-    for (const double part = volume_of(prepared, tet) / 4; const VertexId v : tet)
-      volumes[v.index()] += part;
-  return volumes;
-}
-
 MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& fields) {
   BoundingBox box;
   for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v)
@@ -84,6 +76,15 @@ MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& field
   for (const GoverningField& field : fields.fields())
     scales.field_range.push_back(field.range);
   return scales;
+}
+
+std::vector<double> vertex_volumes(const PreparedMesh& prepared, const MeshScales& scales) {
+  const double quarter = 4 * scales.vertex_volume();
+  std::vector<double> volumes(prepared.used_vertex_count);
+  for (const Tet& tet : prepared.mesh.tets)
+    for (const double part = volume_of(prepared, tet) / quarter; const VertexId v : tet)
+      volumes[v.index()] += part;
+  return volumes;
 }
 
 } // namespace ptet::build

@@ -27,10 +27,10 @@ struct MeshScales {
 /// Of the original mesh.
 [[nodiscard]] double volume_of(const PreparedMesh& prepared);
 
-/// By used vertex: what it stands for of the original, a quarter of each tet around it.
-[[nodiscard]] std::vector<double> vertex_volumes(const PreparedMesh& prepared);
-
 /// Of all of `prepared`.
 [[nodiscard]] MeshScales scales_of(const PreparedMesh& prepared, const NormalizedFields& fields);
+
+/// By used vertex of `prepared`: what it stands for, a quarter of each tet around it, in volumes of an average vertex.
+[[nodiscard]] std::vector<double> vertex_volumes(const PreparedMesh& prepared, const MeshScales& scales);
 
 } // namespace ptet::build

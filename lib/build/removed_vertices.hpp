@@ -38,7 +38,7 @@ public:
   /// From now on `samples` are looked at too; each is held by its original tet. Before the first collapse.
   void hold_samples(WorkingComplex& complex, FieldSamples samples);
 
-  /// From now on simulations tell of squared errors. `volumes`: by vertex. Before the first collapse.
+  /// From now on simulations tell of squared errors. `volumes`: by vertex, in any unit. Before the first collapse.
   void weigh(std::vector<double> volumes);
 
   /// What a collapse would make of the removed vertices around it; reusable.
@@ -50,7 +50,7 @@ public:
     [[nodiscard]] std::span<const double> errors_inside() const { return errors_inside_; }
     [[nodiscard]] std::span<const double> errors_outside() const { return errors_outside_; }
     /// By field: what the integral of the squared error, of fractions of the ranges, would grow by over the tets, as
-    /// the trapezoidal rule has it at the removed vertices in them. After weigh().
+    /// the trapezoidal rule has it at the removed vertices in them; with the unit of their volumes. After weigh().
     [[nodiscard]] std::span<const double> squared_growth() const { return squared_growth_; }
     /// Likewise the largest of any field at those in the tet of modified slot `s`; 0 for others.
     [[nodiscard]] double error_in(SlotId s) const {

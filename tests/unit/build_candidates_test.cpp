@@ -30,7 +30,7 @@ struct Choice {
         cost(Objective::kMaximum, {1.0}, std::array{1.0}, 1.0),
         removed(scene.points(), scene.fields, scene.diagonal, build::CoveredPoints::kStay),
         candidates(
-            scene.complex, surface, quadrics, &quadrics, cost, prediction, round_fraction, 1.0,
+            scene.complex, surface, quadrics, &quadrics, cost, prediction, round_fraction,
             [this] { return build::Trial(scene.complex, scene.points(), removed, nullptr, 1e-3, 64); }, frozen) {
     candidates.predict(1);
   }
@@ -260,7 +260,7 @@ TEST_CASE("candidates: lower heights come first, and the gone and the frozen not
   }();
   Candidates two(
       choice.scene.complex, choice.surface, choice.quadrics, &choice.quadrics, choice.cost, Prediction::kQuadric, 1.0,
-      1.0, [&] { return build::Trial(choice.scene.complex, choice.scene.points(), choice.removed, nullptr, 0, 64); },
+      [&] { return build::Trial(choice.scene.complex, choice.scene.points(), choice.removed, nullptr, 0, 64); },
       all_but_two);
   two.predict(1);
   picked = two.pick();
@@ -299,7 +299,7 @@ TEST_CASE("candidates: mended pages have all that pages filled anew have", "[bui
     }
     candidates.predict(round);
     Candidates anew(
-        complex, choice.surface, choice.quadrics, &choice.quadrics, choice.cost, Prediction::kQuadric, 0.3, 1.0,
+        complex, choice.surface, choice.quadrics, &choice.quadrics, choice.cost, Prediction::kQuadric, 0.3,
         [&] { return build::Trial(complex, choice.scene.points(), choice.removed, nullptr, 1e-3, 64); }, choice.frozen);
     anew.predict(round);
     for (Vertex v = 0; v < complex.vertex_count(); ++v) {
