@@ -3,6 +3,7 @@
 #include "formats/ptet/box_grid.hpp"
 #include "formats/ptet/reader_decoding.hpp"
 #include "formats/ptet/record_runs.hpp"
+#include "mesh/large_pages.hpp"
 
 #include <algorithm>
 #include <array>
@@ -122,17 +123,18 @@ Content Reader::read_base() const {
   ByteReader in(bytes, name_of(SectionKind::kBase), d.base.offset, true);
   const std::size_t vertices = std::size_t{header_.base_vertex_count} + header_.record_count;
   PointArray positions{"", header_.position_type, 3, {}};
+  reserve_large(positions.bytes, vertices * positions.row_bytes());
   positions.resize(vertices);
   std::vector<PointArray> arrays;
   for (const ArrayInfo& info : header_.arrays) {
     arrays.push_back({info.name, info.type, info.components, {}});
+    reserve_large(arrays.back().bytes, vertices * arrays.back().row_bytes());
     arrays.back().resize(vertices);
   }
   auto tets = parse_base(in, header_, positions, arrays);
   const std::uint32_t codes = d.schema->code_count();
   const std::size_t errors = std::size_t{header_.record_count} * codes;
-  return {at_offset(d.base.offset,
-                    [&] { return Refinement(std::move(tets), header_.base_vertex_count, header_.record_count); }),
+  return {at_offset(d.base.offset, [&] { return Refinement(tets, header_.base_vertex_count, header_.record_count); }),
           std::move(positions),
           std::move(arrays),
           codes,

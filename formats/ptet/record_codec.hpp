@@ -17,6 +17,7 @@
 #include "formats/ptet/reader.hpp"
 #include "formats/ptet/schema.hpp"
 #include "formats/ptet/seed_codec.hpp"
+#include "mesh/large_pages.hpp"
 #include "mesh/scalar_dispatch.hpp"
 #include "mesh/vec3.hpp"
 
@@ -211,7 +212,7 @@ private:
 
   const Schema& schema_;
   std::span<const BlockInfo> blocks_;
-  std::vector<Mark> marks_;
+  LargeVector<Mark> marks_;
   std::uint32_t stamp_ = 0;
   CodedBits bits_;
   double bits_mark_ = 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "formats/ptet/ordering.hpp"
+#include "mesh/large_pages.hpp"
 #include "record/refinement.hpp"
 #include "record/stream.hpp"
 
@@ -43,8 +44,8 @@ private:
 
   const RecordStream& records_;
   const FileOrder& order_;
-  std::vector<std::uint32_t> stream_of_; ///< by version of the refinement
-  std::vector<VersionId> version_of_;    ///< by version of the stream
+  LargeVector<std::uint32_t> stream_of_; ///< by version of the refinement
+  LargeVector<VersionId> version_of_;    ///< by version of the stream
   oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 

@@ -20,6 +20,7 @@
 #include "build/collapse_cost.hpp"
 #include "build/quadric_predictor.hpp"
 #include "build/trial.hpp"
+#include "mesh/large_pages.hpp"
 
 #include <array>
 #include <compare>
@@ -170,7 +171,7 @@ private:
   const CollapseCost& cost_;
   Prediction prediction_;
   double round_fraction_;
-  std::vector<Page> pages_;
+  LargeVector<Page> pages_;
   std::vector<char> dirty_;
   std::vector<News> news_;
   std::vector<Vertex> movable_; ///< vertices that are there and not frozen

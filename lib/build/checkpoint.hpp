@@ -24,6 +24,7 @@
 #include <chrono>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,9 +64,9 @@ struct BuildIdentity {
 /// Of this program and `mesh`.
 [[nodiscard]] BuildIdentity identity_of(const TetMesh& mesh, std::vector<std::pair<std::string, std::string>> options);
 
-/// Numbers many of which are 0, in a vector that has its size already: (zeros, others, these) again and again.
+/// Numbers many of which are 0, in a list that has its size already: (zeros, others, these) again and again.
 template <class Archive>
-void serialize_sparse(Archive& archive, std::vector<double>& values) {
+void serialize_sparse(Archive& archive, std::span<double> values) {
   const auto is_zero = [](double value) { return std::bit_cast<std::uint64_t>(value) == 0; };
   for (std::size_t i = 0; i < values.size();) {
     std::uint64_t zeros = 0, others = 0;

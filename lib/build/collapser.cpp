@@ -1,6 +1,7 @@
 #include "build/collapser.hpp"
 
 #include "build/describe_options.hpp"
+#include "mesh/large_pages.hpp"
 #include "mesh/shape.hpp"
 #include "ptet/error.hpp"
 
@@ -68,8 +69,8 @@ void Collapser::begin_records() {
   records_.original_ghost_count = static_cast<std::uint32_t>(prepared_.boundary_faces.size());
   // A collapse makes some 17 versions and consumes some 22; where there is room for all of them at first, the lists
   // are never there twice. What is not used takes no memory.
-  records_.versions.reserve(complex_.slot_count() + std::size_t{20} * alive_count());
-  records_.fine.reserve(std::size_t{26} * alive_count());
+  reserve_large(records_.versions, complex_.slot_count() + std::size_t{20} * alive_count());
+  reserve_large(records_.fine, std::size_t{26} * alive_count());
   for (SlotId s = 0; s < complex_.slot_count(); ++s) {
     Slot& slot = complex_.slot(s);
     records_.versions.push_back(complex_.tet_of(slot));

@@ -14,6 +14,7 @@
 #include "build/checkpoint.hpp"
 #include "build/collapser.hpp"
 #include "build/known_versions.hpp"
+#include "mesh/large_pages.hpp"
 #include "ptet/build.hpp"
 
 #include <cstdint>
@@ -37,7 +38,7 @@ public:
   /// What a mesh with the same collapses made by others does not tell.
   template <class Archive>
   void serialize(Archive& archive, unsigned /*version*/) {
-    serialize_sparse(archive, slot_squared_);
+    serialize_sparse(archive, std::span(slot_squared_));
   }
 
 private:
@@ -58,7 +59,7 @@ private:
   std::size_t field_count_;
   std::vector<double> squared_scale_;  ///< by field
   double vertex_volume_;               ///< of an average vertex
-  std::vector<double> slot_squared_;   ///< slot x field: integral of the squared error
+  LargeVector<double> slot_squared_;   ///< slot x field: integral of the squared error
   KnownOfVertices known_;              ///< where a measured half-edge was put back
   std::vector<std::uint32_t> claimed_; ///< by vertex: the last round in which its star was to change
 };

@@ -9,6 +9,7 @@
 #include "build/predictor.hpp"
 #include "build/quadric.hpp"
 #include "build/working_complex.hpp"
+#include "mesh/large_pages.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -78,7 +79,7 @@ private:
   double domain_weight_;
   double vertex_share_ = 0;                  ///< of a tet of average volume, in volumes of an average vertex
   std::vector<double> weight_;               ///< of the tets, by vertex
-  std::vector<FieldQuadric> field_quadrics_; ///< vertex x channel
+  LargeVector<FieldQuadric> field_quadrics_; ///< vertex x channel
   std::vector<std::uint32_t> plane_index_;   ///< by vertex, into plane_quadrics_; kNone inside the domain
   std::vector<PlaneQuadric> plane_quadrics_;
 };

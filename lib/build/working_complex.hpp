@@ -12,6 +12,7 @@
 // indexed with it.
 #pragma once
 
+#include "mesh/large_pages.hpp"
 #include "ptet/mesh.hpp"
 
 #include <array>
@@ -85,9 +86,9 @@ private:
   void remove_from_star(Vertex v, SlotId s);
 
   Vertex dummy_;
-  std::vector<Slot> slots_;
-  std::vector<Star> stars_;
-  std::vector<SlotId> pool_;
+  LargeVector<Slot> slots_;
+  LargeVector<Star> stars_;
+  LargeVector<SlotId> pool_;
 };
 
 } // namespace ptet::build

@@ -5,6 +5,7 @@
 #include "error/channel_view.hpp"
 #include "error/star_cones.hpp"
 #include "mesh/box_tree.hpp"
+#include "mesh/large_pages.hpp"
 #include "mesh/prepare.hpp"
 #include "mesh/topology.hpp"
 
@@ -42,9 +43,9 @@ struct OriginalCells {
   std::vector<char> ends_field;           ///< by channel: whether it is the last of its field
   bool scalars = true;                    ///< whether each is a field
   std::vector<double> scale_sq;           ///< by field: the square of the scale of errors
-  std::vector<Cell> cells;                ///< the original tets
+  LargeVector<Cell> cells;                ///< the original tets
   std::vector<std::uint32_t> star_begin;  ///< by vertex, into `star`
-  std::vector<std::uint32_t> star;        ///< tets around each vertex, ascending
+  LargeVector<std::uint32_t> star;        ///< tets around each vertex, ascending
   std::vector<std::uint32_t> large_stars; ///< vertices, ascending
   std::vector<StarCones> cones;           ///< of each of these, by place in its star
   std::vector<char> on_boundary;          ///< by vertex: of a boundary face or a flat tet

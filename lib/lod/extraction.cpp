@@ -2,6 +2,7 @@
 
 #include "lod/dependency_order.hpp"
 #include "lod/part_errors.hpp"
+#include "mesh/large_pages.hpp"
 #include "mesh/rows.hpp"
 
 #include <algorithm>
@@ -21,14 +22,16 @@ class Assembly {
 public:
   Assembly(const Refinement& refinement, const Cut& cut)
       : refinement_(refinement), cut_(cut), order_(refinement),
-        last_(std::make_unique_for_overwrite<std::uint32_t[]>(refinement.place_count())) {}
+        last_(std::make_unique_for_overwrite<std::uint32_t[]>(refinement.place_count())) {
+    ask_for_large_pages(last_.get(), refinement.place_count() * sizeof(std::uint32_t));
+  }
 
   void run(bool all_vertices) {
     number_vertices(all_vertices);
     std::size_t tet_count = refinement_.base_tet_count();
     for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
       if (cut_.applied[r] != 0) tet_count += refinement_.added_tet_count(RecordId{r});
-    tets.reserve(tet_count);
+    reserve_large(tets, tet_count);
     std::fill_n(last_.get(), refinement_.base_version_count(), kBase);
     order_.visit([&](std::uint32_t r) { return cut_.applied[r] != 0; }, [&](std::uint32_t r) { touch(RecordId{r}); });
     for (std::uint32_t t = 0; t < refinement_.base_version_count(); ++t)

@@ -1,6 +1,7 @@
 #include "lod/slot_mesh.hpp"
 
 #include "lod/replace_corner.hpp"
+#include "mesh/large_pages.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -14,7 +15,10 @@ constexpr SlotMesh::FaceSlots kNoFace = {SlotMesh::kUnused, SlotMesh::kUnused, S
 
 void copy_row(const PointArray& from, std::size_t row, PointArray& to, std::size_t slot) {
   const std::size_t bytes = from.row_bytes();
-  if ((slot + 1) * bytes > to.bytes.size()) to.bytes.resize((slot + 1) * bytes);
+  if ((slot + 1) * bytes > to.bytes.size()) {
+    grow_large(to.bytes, (slot + 1) * bytes);
+    to.bytes.resize((slot + 1) * bytes);
+  }
   std::memcpy(to.bytes.data() + slot * bytes, from.bytes.data() + row * bytes, bytes);
 }
 
@@ -42,11 +46,13 @@ std::uint32_t SlotMesh::Slots<Row>::take(const Row& row, std::uint32_t now) {
   std::uint32_t slot = 0;
   if (free.empty()) {
     slot = static_cast<std::uint32_t>(rows.size());
+    grow_large(rows, rows.size() + 1);
     rows.push_back(row);
+    grow_large(changed_at, changed_at.size() + 1);
     changed_at.push_back(0);
     // So that giving back and telling never allocate.
-    if (free.capacity() < rows.capacity()) free.reserve(rows.capacity());
-    if (changed.capacity() < rows.capacity()) changed.reserve(rows.capacity());
+    reserve_large(free, rows.capacity());
+    reserve_large(changed, rows.capacity());
   } else {
     slot = free.back();
     free.pop_back();
@@ -113,6 +119,7 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
 
 void SlotMesh::make_room() {
   if (!is_settled_ && hierarchy_.content().refinement.is_settled()) settle();
+  grow_large(slot_of_place_, hierarchy_.content().refinement.place_count());
   slot_of_place_.resize(hierarchy_.content().refinement.place_count(), kUnused);
 }
 

@@ -1,5 +1,6 @@
 #include "mesh/examination.hpp"
 
+#include "mesh/large_pages.hpp"
 #include "mesh/overlaps.hpp"
 #include "mesh/scalar_dispatch.hpp"
 #include "mesh/shape.hpp"
@@ -194,8 +195,8 @@ private:
 
   void select_sound_tets() {
     if (mesh_.tets.empty()) report_defect("no-tets", "the mesh has no tets: there is nothing to build from");
-    out_.tets.reserve(mesh_.tets.size());
-    tet_ids_.reserve(mesh_.tets.size());
+    reserve_large(out_.tets, mesh_.tets.size());
+    reserve_large(tet_ids_, mesh_.tets.size());
     Tally out_of_range, repeated;
     for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
       const Tet& tet = mesh_.tets[t];

@@ -1,6 +1,7 @@
 // Rows of a point array, picked by vertex.
 #pragma once
 
+#include "mesh/large_pages.hpp"
 #include "ptet/mesh.hpp"
 
 #include <cstring>
@@ -11,6 +12,7 @@ namespace ptet {
 /// The rows of `vertices`, in their order; runs of neighbours are copied at once.
 [[nodiscard]] inline PointArray gather(const PointArray& from, std::span<const VertexId> vertices) {
   PointArray to{from.name, from.type, from.components, {}};
+  reserve_large(to.bytes, vertices.size() * from.row_bytes());
   to.resize(vertices.size());
   const std::size_t row_bytes = from.row_bytes();
   for (std::size_t begin = 0; begin < vertices.size();) {

@@ -2,6 +2,7 @@
 
 #include "mesh/by_parts.hpp"
 #include "mesh/disjoint_sets.hpp"
+#include "mesh/large_pages.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -33,7 +34,7 @@ struct Keyed {
 /// Half-faces in the buckets of their smallest vertices: bucket v is [begin[v], begin[v + 1]).
 struct Buckets {
   std::vector<std::uint32_t> begin;
-  std::vector<Keyed> entries;
+  LargeVector<Keyed> entries;
 };
 
 /// Calls `visit(smallest vertex, the rest)` for each half-face, ascending.
@@ -50,7 +51,7 @@ void each_half_face(std::span<const Tet> tets, Visit&& visit) {
 }
 
 Buckets sort_into_buckets(std::span<const Tet> tets, std::size_t vertex_count) {
-  Buckets buckets{std::vector<std::uint32_t>(vertex_count + 2), std::vector<Keyed>(tets.size() * 4)};
+  Buckets buckets{std::vector<std::uint32_t>(vertex_count + 2), LargeVector<Keyed>(tets.size() * 4)};
   // Counted two places on, so that filling the buckets leaves each begin where it belongs.
   each_half_face(tets, [&](std::uint32_t v, const Keyed&) { ++buckets.begin[v + 2]; });
   std::partial_sum(buckets.begin.begin(), buckets.begin.end(), buckets.begin.begin());
@@ -176,6 +177,7 @@ std::uint64_t count_edge_ends(std::span<const Tet> tets, std::span<const VertexI
 FaceTable build_face_table(std::span<const Tet> tets, std::size_t vertex_count) {
   Buckets buckets = sort_into_buckets(tets, vertex_count);
   FaceTable table;
+  reserve_large(table.mate, tets.size() * 4);
   table.mate.resize(tets.size() * 4);
   const auto link = [&](SomeFaces& faces, std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {

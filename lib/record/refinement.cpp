@@ -26,7 +26,7 @@ struct HalfFace {
 /// Gathers the half faces of cells `first`..`last`-1 that `wanted(cell, corner)` selects and calls `visit` with each
 /// run of equal ones, in ascending order of (vertices, cell, corner).
 template <class Wanted, class Visit>
-void for_each_face(const std::vector<Tet>& cells, std::size_t first, std::uint32_t vertex_count, Wanted&& wanted,
+void for_each_face(std::span<const Tet> cells, std::size_t first, std::uint32_t vertex_count, Wanted&& wanted,
                    Visit&& visit) {
   const auto sorted_face = [&](std::size_t cell, std::uint32_t corner) {
     std::array<VertexId, 3> face = {cells[cell][corner ^ 1U], cells[cell][corner ^ 2U], cells[cell][corner ^ 3U]};
@@ -64,7 +64,7 @@ void for_each_face(const std::vector<Tet>& cells, std::size_t first, std::uint32
 
 } // namespace
 
-Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count)
+Refinement::Refinement(const std::vector<Tet>& base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count)
     : base_vertex_count_(base_vertex_count) {
   if (record_count >= kReplaced || base_vertex_count >= kDummyVertex.index() - record_count ||
       base_tets.size() >= kMaxLive / 4)
@@ -80,7 +80,7 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
     }
   }
   base_tet_count_ = static_cast<std::uint32_t>(base_tets.size());
-  versions_ = std::move(base_tets);
+  versions_.assign(base_tets.begin(), base_tets.end());
   close_boundary();
   base_version_count_ = version_count();
   state_.resize(versions_.size());
@@ -341,13 +341,13 @@ void Refinement::add_rim(RecordId r, VertexId target) {
 namespace {
 
 /// Frees the memory that `values` has beyond what it needs.
-template <class T>
-void fit(std::vector<T>& values) {
-  std::vector<T>(values).swap(values);
+template <class List>
+void fit(List& values) {
+  List(values).swap(values);
 }
-template <class T>
-void drop(std::vector<T>& values) {
-  std::vector<T>().swap(values);
+template <class List>
+void drop(List& values) {
+  List().swap(values);
 }
 
 } // namespace
@@ -369,8 +369,8 @@ void Refinement::settle() {
 }
 
 void Refinement::settle_links() {
-  std::vector<VertexId> vertices;
-  std::vector<std::uint16_t> triangles;
+  LargeVector<VertexId> vertices;
+  LargeVector<std::uint16_t> triangles;
   vertices.reserve(rim_vertices_.size());
   triangles.reserve(triangles_.size());
   for (std::uint32_t r = 0; r < record_count(); ++r) {
@@ -393,7 +393,7 @@ void Refinement::settle_links() {
 void Refinement::settle_places() {
   settled_place_count_ = place_count();
   drop(live_);
-  std::vector<std::uint32_t> renumbered(settled_place_count_);
+  LargeVector<std::uint32_t> renumbered(settled_place_count_);
   std::uint32_t next = 0;
   while (next < base_version_count_) {
     renumbered[next] = next;
@@ -404,7 +404,7 @@ void Refinement::settle_places() {
     for (std::uint32_t i = 0; i < rim_vertex_count_[r]; ++i)
       renumbered[old + i] = next++;
   }
-  std::vector<Place> packed;
+  LargeVector<Place> packed;
   packed.reserve(modified_.size());
   for (std::uint32_t r = 0; r < record_count(); ++r) {
     const auto places = modified(RecordId{r});
@@ -416,8 +416,8 @@ void Refinement::settle_places() {
 }
 
 void Refinement::settle_parents() {
-  std::vector<RecordId> packed;
-  std::vector<VersionKinds> kinds;
+  LargeVector<RecordId> packed;
+  LargeVector<VersionKinds> kinds;
   packed.reserve(parents_.size());
   kinds.reserve(parents_.size());
   for (std::uint32_t r = 0; r < record_count(); ++r) {

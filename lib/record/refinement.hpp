@@ -22,6 +22,7 @@
 // multi-tessellation.
 #pragma once
 
+#include "mesh/large_pages.hpp"
 #include "ptet/error.hpp"
 #include "ptet/ids.hpp"
 #include "ptet/mesh.hpp"
@@ -77,7 +78,7 @@ public:
   /// base_vertex_count + r. The boundary faces of `base_tets` become base ghosts.
   /// Throws Error(kCorruptFile) for ids out of range, a repeated vertex in a tet, a face of more than two tets, two
   /// tets with the same vertices; Error(kLimit) when the counts do not fit 32-bit ids.
-  Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
+  Refinement(const std::vector<Tet>& base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
 
   /// Makes room for so many versions at the end, so that their lists need not grow, which takes twice the memory.
   void reserve(std::size_t version_count) {
@@ -258,17 +259,17 @@ private:
   std::uint32_t applied_count_ = 0;
 
   // By record.
-  std::vector<VertexId> target_;
-  std::vector<std::uint32_t> first_fine_;
-  std::vector<std::uint16_t> fine_count_, added_tet_count_;
-  std::vector<std::uint32_t> parent_begin_, parent_count_;
-  std::vector<RecordId> parents_;
-  std::vector<VersionKinds> parent_kinds_, base_kinds_;
-  std::vector<std::uint32_t> modified_begin_, rim_begin_, rim_place_;
-  std::vector<std::uint16_t> rim_vertex_count_;
-  std::vector<Place> modified_;
+  LargeVector<VertexId> target_;
+  LargeVector<std::uint32_t> first_fine_;
+  LargeVector<std::uint16_t> fine_count_, added_tet_count_;
+  LargeVector<std::uint32_t> parent_begin_, parent_count_;
+  LargeVector<RecordId> parents_;
+  LargeVector<VersionKinds> parent_kinds_, base_kinds_;
+  LargeVector<std::uint32_t> modified_begin_, rim_begin_, rim_place_;
+  LargeVector<std::uint16_t> rim_vertex_count_;
+  LargeVector<Place> modified_;
   /// The other vertices of link triangles follow those of the rim.
-  std::vector<VertexId> rim_vertices_;
+  LargeVector<VertexId> rim_vertices_;
 
   // Link triangles beside modified_: numbers among the link's vertices, of kLinkBits bits each. Where the link has more
   // vertices than that can tell, wide_triangles_ has them one by one.
@@ -276,15 +277,15 @@ private:
   static constexpr std::uint16_t kWide = 0xFFFF;
   bool is_settled_ = false;
   std::uint32_t settled_place_count_ = 0;
-  std::vector<std::uint16_t> triangles_;
+  LargeVector<std::uint16_t> triangles_;
   std::vector<std::pair<std::uint32_t, std::vector<VertexId>>> wide_triangles_; ///< by record; when settled, ascending
 
   // By version. State: its place in live_ while it is present, kReplaced | creator afterwards.
-  std::vector<Tet> versions_;
-  std::vector<std::uint32_t> state_;
+  LargeVector<Tet> versions_;
+  LargeVector<std::uint32_t> state_;
 
-  std::vector<Live> live_;
-  std::vector<VertexMark> marks_; ///< one row a vertex, the last is the dummy's
+  LargeVector<Live> live_;
+  LargeVector<VertexMark> marks_; ///< one row a vertex, the last is the dummy's
   std::vector<RegionTet> region_;
   std::vector<RimFace> rim_;
   std::vector<VertexId> link_;
