@@ -9,6 +9,7 @@
 
 #include <vtkCell.h>
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
 #include <vtkCellTypes.h>
 #include <vtkDataArray.h>
 #include <vtkDataSetAttributes.h>
@@ -202,6 +203,22 @@ void Assembler::add_points(vtkUnstructuredGrid& grid) {
   }
 }
 
+/// By cell; none where there are none. By name: the grid itself knows neither those that the reader has made of the
+/// levels of old files nor those of another type than bytes.
+std::vector<unsigned char> Assembler::ghost_flags(vtkUnstructuredGrid& grid, std::uint64_t cells) const {
+  vtkDataArray* const array = grid.GetCellData()->GetArray(vtkDataSetAttributes::GhostArrayName());
+  if (!array) return {};
+  if (static_cast<std::uint64_t>(array->GetNumberOfValues()) != cells)
+    fail("the numbers of cells and of their ghost flags differ");
+  std::vector<unsigned char> flags(cells);
+  for (std::uint64_t i = 0; i < cells; ++i) {
+    const double flag = array->GetComponent(static_cast<vtkIdType>(i), 0);
+    if (!(flag >= -128 && flag <= 255)) fail("cell " + std::to_string(cell_count_ + i) + " has no ghost flags");
+    flags[i] = static_cast<unsigned char>(static_cast<int>(flag));
+  }
+  return flags;
+}
+
 template <class Index>
 void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
                           std::uint64_t id_count) {
@@ -210,17 +227,14 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::
   if (!type_array || static_cast<std::uint64_t>(type_array->GetNumberOfValues()) != cells)
     fail("the numbers of cells and of cell types differ");
   const unsigned char* types = type_array->GetPointer(0);
-  vtkUnsignedCharArray* ghost_array = grid.GetCellGhostArray();
-  if (ghost_array && static_cast<std::uint64_t>(ghost_array->GetNumberOfValues()) != cells)
-    fail("the numbers of cells and of their ghost flags differ");
-  const unsigned char* ghosts = ghost_array ? ghost_array->GetPointer(0) : nullptr;
+  const std::vector<unsigned char> ghosts = ghost_flags(grid, cells);
 
   static const std::array<int, 256> kDimensions = dimensions_of_types();
   mesh_.tets.reserve(mesh_.tets.size() + cells);
   std::array<VertexId, kMaxCellPoints> points;
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t cell = cell_count_ + i;
-    if (ghosts && (ghosts[i] & kGhostCell)) {
+    if (!ghosts.empty() && (ghosts[i] & kGhostCell) != 0) {
       ++ghost_cells_;
       continue;
     }

@@ -42,6 +42,7 @@ private:
 
   void add_array(PointArray& to, vtkDataArray& from, std::uint64_t points);
   void check_same_arrays(const std::vector<std::pair<std::string, vtkDataArray*>>& arrays) const;
+  [[nodiscard]] std::vector<unsigned char> ghost_flags(vtkUnstructuredGrid& grid, std::uint64_t cells) const;
   template <class Index>
   void add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
                  std::uint64_t id_count);

@@ -273,7 +273,9 @@ private:
       vtkXMLDataElement& array = *data.GetNestedElement(i);
       const std::string name = unique_name(attribute(array, "Name"), static_cast<std::size_t>(i), taken);
       array.SetAttribute("Name", name.c_str());
-      if (name == vtkDataSetAttributes::GhostArrayName() || name == "vtkGhostLevels") continue;
+      // Of files before version 2 the reader makes ghost flags of levels.
+      if (name == vtkDataSetAttributes::GhostArrayName() || (name == "vtkGhostLevels" && GetFileMajorVersion() < 2))
+        continue;
       CellDataArraySelection->AddArray(name.c_str(), false);
       if (Piece == 0) notes.push_back("cell array '" + name + "' is not carried");
     }

@@ -35,7 +35,9 @@ inline Failure failure_of(const std::string& path) {
 struct VtuText {
   std::string type = "UnstructuredGrid";
   std::string counts = R"(NumberOfPoints="4" NumberOfCells="1")";
+  std::string version = "1.0";
   std::string point_data;
+  std::string cell_data;
   std::string points =
       R"(<DataArray type="Float32" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray>)";
   std::string connectivity = "0 1 2 3";
@@ -43,15 +45,17 @@ struct VtuText {
   std::string types = "10";
 
   [[nodiscard]] std::string piece() const {
-    return "<Piece " + counts + "><PointData>" + point_data + "</PointData><Points>" + points +
+    return "<Piece " + counts + "><PointData>" + point_data + "</PointData><CellData>" + cell_data +
+           "</CellData><Points>" + points +
            "</Points><Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" + connectivity +
            "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" + offsets +
            "</DataArray><DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">" + types +
            "</DataArray></Cells></Piece>";
   }
   [[nodiscard]] std::string file(const std::string& more_pieces = {}) const {
-    return "<VTKFile type=\"" + type + "\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"><" +
-           type + ">" + piece() + more_pieces + "</" + type + "></VTKFile>";
+    return "<VTKFile type=\"" + type + "\" version=\"" + version +
+           "\" byte_order=\"LittleEndian\" header_type=\"UInt64\"><" + type + ">" + piece() + more_pieces + "</" +
+           type + "></VTKFile>";
   }
 };
 

@@ -214,6 +214,37 @@ TEST_CASE("names of components and flags of points are not carried, and that is 
   CHECK_THAT(report.notes[1], Catch::Contains("mark 2 points"));
 }
 
+TEST_CASE("ghost cells are skipped, whatever type their flags have, and the levels of old files are such flags",
+          "[vtk]") {
+  VtuText text;
+  text.counts = R"(NumberOfPoints="5" NumberOfCells="2")";
+  text.points =
+      R"(<DataArray type="Float32" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1 0 0 -1</DataArray>)";
+  text.connectivity = "0 1 2 3 0 2 1 4";
+  text.offsets = "4 8";
+  text.types = "10 10";
+  struct Flags {
+    const char *version, *type, *name;
+    bool count;
+  };
+  const auto flags = GENERATE(values<Flags>({{"1.0", "UInt8", "vtkGhostType", true},
+                                             {"1.0", "Int8", "vtkGhostType", true},
+                                             {"2.0", "Int32", "vtkGhostType", true},
+                                             {"0.1", "UInt8", "vtkGhostLevels", true},
+                                             {"1.0", "UInt8", "vtkGhostLevels", true},
+                                             {"2.0", "UInt8", "vtkGhostLevels", false}}));
+  INFO(flags.version << " " << flags.type << " " << flags.name);
+  text.version = flags.version;
+  text.cell_data = std::string("<DataArray type=\"") + flags.type + "\" Name=\"" + flags.name +
+                   "\" format=\"ascii\">0 1</DataArray>";
+  ReadReport report;
+  const TetMesh mesh = read_text(text.file(), &report);
+  CHECK(mesh.tets.size() == (flags.count ? 1 : 2));
+  REQUIRE(report.notes.size() == 1);
+  CHECK_THAT(report.notes[0],
+             Catch::Contains(flags.count ? "skipped 1 ghost cell" : "cell array 'vtkGhostLevels' is not carried"));
+}
+
 TEST_CASE("point arrays that are not numeric are left out and said", "[vtk]") {
   VtuText text;
   text.point_data = R"(<Array type="String" Name="label" format="ascii">65 0 66 0 67 0 68 0</Array>)" +
