@@ -237,9 +237,12 @@ private:
     const BlockSet promised_blocks = cut_.read, promised_missing = cut_.missing;
     const std::vector<char> promised = cut_.applied;
     std::uint64_t expected = 0;
+    bool promised_fits = true;
     {
       const auto lock = hierarchy_.lock();
-      expected = spent_on(promised).expected_records();
+      const Spending spent = spent_on(promised);
+      expected = spent.expected_records();
+      promised_fits = spent.fits();
     }
     // Every wanted record with a key of at least `reach` is in memory.
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
@@ -252,7 +255,7 @@ private:
       cut_.applied = promised;
       const std::uint32_t stop = take_down_to(reach, wants, demands);
       if (stop != kNoKey || has_read_all || is_time_up_) {
-        stopped_by_budget_ = stop != kNoKey;
+        stopped_by_budget_ = stop != kNoKey || !promised_fits;
         // Blocks that were read, or could not be had, on the way here do not count, only those that the end of the
         // budget depends on: the answer must be the same when more was in memory before.
         if (!is_time_up_) {

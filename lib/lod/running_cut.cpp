@@ -221,7 +221,7 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
     const std::optional<BudgetRank> end = counts_wishes_ ? find_counted_end(budget, reach) : find_end(budget);
     if (has_read_all || (end && end->key >= reach)) {
       move_end(end);
-      stopped_by_budget_ = end.has_value();
+      stopped_by_budget_ = end.has_value() || !budget.fits(counted_size_); // what is promised may not fit either
       choose_blocks(end ? end->key : OrderCode{0});
       // Blocks that could not be had on the way here, but are not needed in the end, are not missing.
       if (!request_.origins) std::fill(missing_.begin(), missing_.end(), char{0});

@@ -211,6 +211,16 @@ TEST_CASE("dataset: what limits an answer") {
   request = {};
   request.focus = {{Box{{0, 0, 0}, {1, 1, 1}}}};
   CHECK(answer(request) == LimitedBy::kFocus);
+  request.max_tets = 10; // the focus takes more
+  CHECK(answer(request) == LimitedBy::kBudget);
+  request.field_error = {{"", {1, true}}}; // and has no more error than that
+  CHECK(answer(request) == LimitedBy::kBudget);
+  Session session(dataset());
+  CHECK(session.update(request).limited_by == LimitedBy::kBudget);
+  request.max_tets = 1000000;
+  CHECK(answer(request) == LimitedBy::kError);
+  CHECK(session.update(request).limited_by == LimitedBy::kError);
+  request = {};
   request.focus = {{Box{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}}};
   CHECK(answer(request) == LimitedBy::kNothing);
   request = {};
