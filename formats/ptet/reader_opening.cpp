@@ -117,6 +117,7 @@ private:
   ReadAhead ahead_;
   Footer footer_;
   std::vector<Section> sections_;
+  bool header_is_sound_ = false; ///< its hash is right
 };
 
 void Reader::Opening::read_header() {
@@ -131,14 +132,15 @@ void Reader::Opening::read_header() {
   d_.fixed = parse_header(in);
   const auto hashed = std::span(bytes).first(kHeaderBytes - 8);
   ByteReader hash(std::span{bytes}.last(8), "header", kHeaderBytes - 8);
-  if (hash.get<std::uint64_t>("hash") != hash_of(hashed)) violated("the header's hash does not match", 0);
+  header_is_sound_ = hash.get<std::uint64_t>("hash") == hash_of(hashed);
+  if (!header_is_sound_) violated("the header's hash does not match", 0);
 }
 
 void Reader::Opening::check_limits() const {
   const Header& header = d_.fixed.header;
-  const auto check = [](std::uint64_t count, std::uint64_t most, const char* what) {
+  const auto check = [&](std::uint64_t count, std::uint64_t most, const char* what) {
     if (count > most)
-      throw Error(ErrorCode::kLimit,
+      throw Error(header_is_sound_ ? ErrorCode::kLimit : ErrorCode::kCorruptFile,
                   "the file has " + std::to_string(count) + what + ", more than the limit of " + std::to_string(most));
   };
   check(std::uint64_t{header.base_vertex_count} + header.record_count, d_.limits.max_vertices, " vertices");

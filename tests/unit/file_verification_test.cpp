@@ -133,6 +133,18 @@ TEST_CASE("verification: nothing is found in a sound file") {
   CHECK(found.empty());
 }
 
+TEST_CASE("verification: a damaged header that is beyond a limit is damaged") {
+  Bytes damaged = sample_file();
+  put<std::uint8_t>(damaged, 19, 0x80); // 2^31 vertices more
+  const Found found = verify(damaged);
+  CHECK(find(found, "header's hash") != nullptr);
+  CHECK(find(found, "more than the limit") != nullptr);
+  const Bytes sound = with_header(sample_file(), [](Bytes& h) { put<std::uint8_t>(h, 19, 0x80); });
+  CHECK_THROWS_MATCHES(verify(sound), Error, Catch::Predicate<Error>([](const Error& error) {
+                         return error.code() == ErrorCode::kLimit;
+                       }));
+}
+
 TEST_CASE("verification: a box of the header that is not the mesh's") {
   // The boxes of the blocks are stated in it, so they are wrong, too.
   const Bytes wrong = with_header(sample_file(), [](Bytes& h) { put(h, 56, -1e6); });
