@@ -270,7 +270,8 @@ the length counts. --view keeps the boundary sharp to --pixels in a picture in p
 "failures": [{"block", "byte_offset", "message"}], "notes": [TEXT], "output"}: errors absolute, seconds for opening and
 extraction ("write_seconds" for the writing), bytes those that --bytes counts. Errors are no bounds where the build has
 not measured them everywhere (--evaluate). With a focus, values or a view "achieved" has the errors there by themselves:
-"in_focus" and "at_values", lists in the order asked, and "in_view" with "pixels". The RMS error is that over the domain
+"in_focus" and "at_values", lists in the order asked (isovalues first), and "in_view" with "pixels" (null where an eye
+is so near that none is a bound). The RMS error is that over the domain
 of the original where the mesh covers it; a build that did not measure it leaves none. Notes say what of the wishes met
 nothing, and what .stl could not hold.
 )";
