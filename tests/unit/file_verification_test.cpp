@@ -140,9 +140,8 @@ TEST_CASE("verification: a damaged header that is beyond a limit is damaged") {
   CHECK(find(found, "header's hash") != nullptr);
   CHECK(find(found, "more than the limit") != nullptr);
   const Bytes sound = with_header(sample_file(), [](Bytes& h) { put<std::uint8_t>(h, 19, 0x80); });
-  CHECK_THROWS_MATCHES(verify(sound), Error, Catch::Predicate<Error>([](const Error& error) {
-                         return error.code() == ErrorCode::kLimit;
-                       }));
+  CHECK_THROWS_MATCHES(verify(sound), Error,
+                       Catch::Predicate<Error>([](const Error& error) { return error.code() == ErrorCode::kLimit; }));
 }
 
 TEST_CASE("verification: a box of the header that is not the mesh's") {
