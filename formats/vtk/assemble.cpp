@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <vtkCell.h>
 #include <vtkCellArray.h>
@@ -142,13 +143,14 @@ void Assembler::note_component_names(const std::string& name, vtkDataArray& arra
 }
 
 void Assembler::note_ghost_points(vtkAbstractArray& array) {
-  auto* const flags = vtkUnsignedCharArray::SafeDownCast(&array);
+  auto* const flags = vtkDataArray::SafeDownCast(&array);
   if (flags == nullptr) return;
-  const unsigned char* const begin = flags->GetPointer(0);
-  const auto marked = std::count_if(begin, begin + flags->GetNumberOfValues(), [](unsigned char f) { return f != 0; });
+  std::uint64_t marked = 0;
+  for (vtkIdType i = 0; i < flags->GetNumberOfTuples(); ++i)
+    marked += flags->GetComponent(i, 0) != 0 ? 1 : 0;
   if (marked > 0)
-    note_once("the flags of points (vtkGhostType: duplicate or hidden) are not carried; they mark " +
-              grouped(static_cast<std::uint64_t>(marked)) + (marked == 1 ? " point" : " points"));
+    note_once("the flags of points (vtkGhostType: duplicate or hidden) are not carried; they mark " + grouped(marked) +
+              (marked == 1 ? " point" : " points"));
 }
 
 void Assembler::add_points(vtkUnstructuredGrid& grid) {
@@ -213,8 +215,10 @@ std::vector<unsigned char> Assembler::ghost_flags(vtkUnstructuredGrid& grid, std
   std::vector<unsigned char> flags(cells);
   for (std::uint64_t i = 0; i < cells; ++i) {
     const double flag = array->GetComponent(static_cast<vtkIdType>(i), 0);
-    if (!(flag >= -128 && flag <= 255)) fail("cell " + std::to_string(cell_count_ + i) + " has no ghost flags");
-    flags[i] = static_cast<unsigned char>(static_cast<int>(flag));
+    constexpr double kNoFlags = 0x1p53;
+    if (!(std::abs(flag) < kNoFlags))
+      fail("the ghost flags of cell " + std::to_string(cell_count_ + i) + " are not flags");
+    flags[i] = static_cast<unsigned char>(static_cast<std::int64_t>(flag)); // the others mean nothing
   }
   return flags;
 }

@@ -201,7 +201,7 @@ protected:
                              << *first_layout_ << ".");
       return 0;
     }
-    return 1;
+    return check_ghosts(cell_data) ? 1 : 0;
   }
 
   /// The length of the connectivity is what the offsets say. One so long that its bytes cannot be counted would be read
@@ -267,15 +267,51 @@ private:
     return last;
   }
 
+  /// Of files before version 2 the reader makes ghost flags of levels, where they are bytes.
+  bool is_ghost_array(vtkXMLDataElement& array) {
+    const std::string name = attribute(array, "Name");
+    return name == vtkDataSetAttributes::GhostArrayName() ||
+           (name == "vtkGhostLevels" && GetFileMajorVersion() < 2 && attribute(array, "type") == "UInt8" &&
+            components_of(array) == "1");
+  }
+  static std::string components_of(vtkXMLDataElement& array) {
+    const std::string components = attribute(array, "NumberOfComponents");
+    return components.empty() ? "1" : components;
+  }
+  /// Of what a piece says of its ghost cells, that which has to be the same for all.
+  std::string ghost_layout_of(vtkXMLDataElement* cell_data) {
+    std::string layout;
+    for (int i = 0; cell_data && i < cell_data->GetNumberOfNestedElements(); ++i) {
+      vtkXMLDataElement& array = *cell_data->GetNestedElement(i);
+      if (is_ghost_array(array))
+        layout += "[" + attribute(array, "Name") + " " + attribute(array, "type") + " " + components_of(array) + "]";
+    }
+    return layout;
+  }
+
+  /// VTK asks the first piece, which may be empty, what arrays there are, and leaves what another piece has not as it
+  /// finds it in memory.
+  bool check_ghosts(vtkXMLDataElement* cell_data) {
+    if (NumberOfCells[Piece] == 0) return true;
+    const std::string layout = ghost_layout_of(cell_data);
+    if (!first_ghost_layout_) {
+      first_ghost_layout_ = layout;
+      std::fill_n(CellDataElements, Piece, cell_data);
+    }
+    if (layout == *first_ghost_layout_) return true;
+    const auto named = [](const std::string& flags) { return flags.empty() ? std::string("none") : flags; };
+    vtkErrorMacro("piece " << Piece << " has other ghost flags of cells than those before it: " << named(layout)
+                           << " instead of " << named(*first_ghost_layout_) << ".");
+    return false;
+  }
+
   void leave_out(vtkXMLDataElement& data) {
     std::set<std::string> taken;
     for (int i = 0; i < data.GetNumberOfNestedElements(); ++i) {
       vtkXMLDataElement& array = *data.GetNestedElement(i);
       const std::string name = unique_name(attribute(array, "Name"), static_cast<std::size_t>(i), taken);
       array.SetAttribute("Name", name.c_str());
-      // Of files before version 2 the reader makes ghost flags of levels.
-      if (name == vtkDataSetAttributes::GhostArrayName() || (name == "vtkGhostLevels" && GetFileMajorVersion() < 2))
-        continue;
+      if (is_ghost_array(array)) continue;
       CellDataArraySelection->AddArray(name.c_str(), false);
       if (Piece == 0) notes.push_back("cell array '" + name + "' is not carried");
     }
@@ -330,7 +366,8 @@ private:
     return layout;
   }
 
-  std::optional<std::string> first_layout_; ///< of the first piece that has points
+  std::optional<std::string> first_layout_;       ///< of the first piece that has points
+  std::optional<std::string> first_ghost_layout_; ///< of the first piece that has cells
 };
 
 std::uint64_t file_size(const std::string& path) {

@@ -232,6 +232,7 @@ TEST_CASE("ghost cells are skipped, whatever type their flags have, and the leve
                                              {"2.0", "Int32", "vtkGhostType", true},
                                              {"0.1", "UInt8", "vtkGhostLevels", true},
                                              {"1.0", "UInt8", "vtkGhostLevels", true},
+                                             {"1.0", "Int32", "vtkGhostLevels", false},
                                              {"2.0", "UInt8", "vtkGhostLevels", false}}));
   INFO(flags.version << " " << flags.type << " " << flags.name);
   text.version = flags.version;
@@ -243,6 +244,24 @@ TEST_CASE("ghost cells are skipped, whatever type their flags have, and the leve
   REQUIRE(report.notes.size() == 1);
   CHECK_THAT(report.notes[0],
              Catch::Contains(flags.count ? "skipped 1 ghost cell" : "cell array 'vtkGhostLevels' is not carried"));
+}
+
+TEST_CASE("ghost flags of several pieces: all have them, but for those without cells", "[vtk]") {
+  VtuText with, without, empty;
+  with.cell_data = R"(<DataArray type="UInt8" Name="vtkGhostType" format="ascii">1</DataArray>)";
+  empty.counts = R"(NumberOfPoints="0" NumberOfCells="0")";
+  empty.points = R"(<DataArray type="Float32" NumberOfComponents="3" format="ascii"></DataArray>)";
+  empty.connectivity = empty.offsets = empty.types = "";
+  VtuText plain = with;
+  plain.cell_data = R"(<DataArray type="UInt8" Name="vtkGhostType" format="ascii">0</DataArray>)";
+  for (const std::string& text : {empty.file(with.piece() + plain.piece()), plain.file(with.piece() + empty.piece())}) {
+    ReadReport report;
+    CHECK(read_text(text, &report).tets.size() == 1);
+    CHECK(std::any_of(report.notes.begin(), report.notes.end(),
+                      [](const std::string& note) { return note.find("skipped 1 ghost cell") != std::string::npos; }));
+  }
+  for (const std::string& text : {with.file(without.piece()), without.file(with.piece())})
+    CHECK_THAT(failure_of_text(text).message, Catch::Contains("other ghost flags of cells than those before it"));
 }
 
 TEST_CASE("point arrays that are not numeric are left out and said", "[vtk]") {
