@@ -89,9 +89,9 @@ void Reader::violated(Violation violation) const {
 void Reader::claim(std::uint64_t bytes, const char* what) {
   Decoding& d = *decoding_;
   if (bytes > d.limits.max_bytes - d.claimed) {
-    throw Error(ErrorCode::kLimit, std::string("the ") + what + " would take " + std::to_string(bytes) +
-                                       " bytes of memory, more than the limit of " +
-                                       std::to_string(d.limits.max_bytes) + " leaves");
+    throw Error(d.beyond_limit(), std::string("the ") + what + " would take " + std::to_string(bytes) +
+                                      " bytes of memory, more than the limit of " + std::to_string(d.limits.max_bytes) +
+                                      " leaves");
   }
   d.claimed += bytes;
 }
@@ -134,7 +134,8 @@ Content Reader::read_base() const {
   auto tets = parse_base(in, header_, positions, arrays);
   const std::uint32_t codes = d.schema->code_count();
   const std::size_t errors = std::size_t{header_.record_count} * codes;
-  return {at_offset(d.base.offset, [&] { return Refinement(tets, header_.base_vertex_count, header_.record_count); }),
+  return {at_offset(d.base.offset,
+                    [&] { return Refinement(std::move(tets), header_.base_vertex_count, header_.record_count); }),
           std::move(positions),
           std::move(arrays),
           codes,

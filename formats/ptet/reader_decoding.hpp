@@ -25,6 +25,10 @@ struct Reader::Decoding {
   Limits limits;
   Violations violations;
   std::uint64_t claimed = 0; ///< of Limits::max_bytes
+  bool is_sound = true;      ///< no hash of what says how much there is was wrong
+
+  /// Of a number that passes a limit.
+  [[nodiscard]] ErrorCode beyond_limit() const { return is_sound ? ErrorCode::kLimit : ErrorCode::kCorruptFile; }
   FixedHeader fixed;
   std::vector<DecimalDigits> digits;
   std::vector<TableRow> rows;

@@ -117,7 +117,6 @@ private:
   ReadAhead ahead_;
   Footer footer_;
   std::vector<Section> sections_;
-  bool header_is_sound_ = false; ///< its hash is right
 };
 
 void Reader::Opening::read_header() {
@@ -132,15 +131,17 @@ void Reader::Opening::read_header() {
   d_.fixed = parse_header(in);
   const auto hashed = std::span(bytes).first(kHeaderBytes - 8);
   ByteReader hash(std::span{bytes}.last(8), "header", kHeaderBytes - 8);
-  header_is_sound_ = hash.get<std::uint64_t>("hash") == hash_of(hashed);
-  if (!header_is_sound_) violated("the header's hash does not match", 0);
+  if (hash.get<std::uint64_t>("hash") != hash_of(hashed)) {
+    d_.is_sound = false;
+    violated("the header's hash does not match", 0);
+  }
 }
 
 void Reader::Opening::check_limits() const {
   const Header& header = d_.fixed.header;
   const auto check = [&](std::uint64_t count, std::uint64_t most, const char* what) {
     if (count > most)
-      throw Error(header_is_sound_ ? ErrorCode::kLimit : ErrorCode::kCorruptFile,
+      throw Error(d_.beyond_limit(),
                   "the file has " + std::to_string(count) + what + ", more than the limit of " + std::to_string(most));
   };
   check(std::uint64_t{header.base_vertex_count} + header.record_count, d_.limits.max_vertices, " vertices");
@@ -166,8 +167,10 @@ void Reader::Opening::read_directory() {
       footer_.directory_offset != size - kFooterBytes - directory_bytes)
     fail_file("the directory is not before the footer", size - kFooterBytes);
   const auto bytes = ahead_.get(footer_.directory_offset, directory_bytes);
-  if (hash_of(bytes) != footer_.directory_hash)
+  if (hash_of(bytes) != footer_.directory_hash) {
+    d_.is_sound = false;
     violated("the directory's hash does not match", footer_.directory_offset);
+  }
   ByteReader in(bytes, "directory", footer_.directory_offset);
   in.tell(&d_.violations);
   sections_ = parse_directory(in, footer_.section_count);
