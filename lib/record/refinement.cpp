@@ -64,7 +64,7 @@ void for_each_face(std::span<const Tet> cells, std::size_t first, std::uint32_t 
 
 } // namespace
 
-Refinement::Refinement(const std::vector<Tet>& base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count)
+Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count)
     : base_vertex_count_(base_vertex_count) {
   if (record_count >= kReplaced || base_vertex_count >= kDummyVertex.index() - record_count ||
       base_tets.size() >= kMaxLive / 4)
@@ -81,6 +81,7 @@ Refinement::Refinement(const std::vector<Tet>& base_tets, std::uint32_t base_ver
   }
   base_tet_count_ = static_cast<std::uint32_t>(base_tets.size());
   versions_.assign(base_tets.begin(), base_tets.end());
+  base_tets = std::vector<Tet>();
   close_boundary();
   base_version_count_ = version_count();
   state_.resize(versions_.size());

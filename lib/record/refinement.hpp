@@ -78,7 +78,7 @@ public:
   /// base_vertex_count + r. The boundary faces of `base_tets` become base ghosts.
   /// Throws Error(kCorruptFile) for ids out of range, a repeated vertex in a tet, a face of more than two tets, two
   /// tets with the same vertices; Error(kLimit) when the counts do not fit 32-bit ids.
-  Refinement(const std::vector<Tet>& base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
+  Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
 
   /// Makes room for so many versions at the end, so that their lists need not grow, which takes twice the memory.
   void reserve(std::size_t version_count) {

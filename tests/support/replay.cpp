@@ -38,7 +38,7 @@ Replay start_replay(const TetMesh& mesh, const RecordStream& stream) {
     if (!is_consumed[t] && std::find(tet.begin(), tet.end(), kDummyVertex) == tet.end())
       base.push_back(renumbered(tet, file_id));
   }
-  return {Refinement(base, n - records, records), std::move(file_id), std::move(original_id)};
+  return {Refinement(std::move(base), n - records, records), std::move(file_id), std::move(original_id)};
 }
 
 void apply(Replay& replay, const RecordStream& stream, RecordId r) {

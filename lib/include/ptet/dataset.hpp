@@ -25,7 +25,7 @@ enum class LimitedBy {
   kNothing,    ///< it is the original mesh
   kError,      ///< the asked error was reached
   kFocus,      ///< the focus was reached, nothing else was asked
-  kBudget,     ///< the next split does not fit the budget
+  kBudget,     ///< the next split does not fit the budget, or what is there in any case (focus, base) does not
   kTime,       ///< the time was up
   kLoading,    ///< blocks that are still to be read, see OpenOptions::background; ask again
   kMemory,     ///< blocks that do not fit OpenOptions::memory_limit or Limits::max_bytes

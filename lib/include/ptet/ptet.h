@@ -283,7 +283,7 @@ enum {
   PTET_LIMITED_BY_NOTHING = 0,   /* it is the original mesh */
   PTET_LIMITED_BY_ERROR = 1,     /* the asked error was reached */
   PTET_LIMITED_BY_FOCUS = 2,     /* the focus was reached, nothing else was asked */
-  PTET_LIMITED_BY_BUDGET = 3,    /* the next split does not fit the budget */
+  PTET_LIMITED_BY_BUDGET = 3,    /* the next split, or the focus or base itself, does not fit the budget */
   PTET_LIMITED_BY_TIME = 4,      /* the time was up */
   PTET_LIMITED_BY_LOADING = 5,   /* blocks that are still to be read; ask again */
   PTET_LIMITED_BY_MEMORY = 6,    /* blocks that do not fit the memory allowed */
