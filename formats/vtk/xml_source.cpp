@@ -217,6 +217,11 @@ protected:
   }
 
 private:
+  /// However many pieces say it.
+  void note_once(std::string note) {
+    if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
+  }
+
   /// VTK's writer puts the arrays of all time steps side by side, under the same names; in some modes all are called
   /// step 0. VTK's reader then takes the first of a name, or leaves what is not of its step as it finds it in memory.
   bool keep_last_step(vtkXMLDataElement& data) {
@@ -251,10 +256,8 @@ private:
     }
     for (vtkXMLDataElement* const array : gone)
       if (array) data.RemoveNestedElement(array);
-    if (steps < 2 || Piece != 0) return true;
-    std::string note =
-        "the values are those of the last of " + grouped(static_cast<std::uint64_t>(steps)) + " time steps";
-    if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
+    if (steps >= 2)
+      note_once("the values are those of the last of " + grouped(static_cast<std::uint64_t>(steps)) + " time steps");
     return true;
   }
 
@@ -313,7 +316,7 @@ private:
       array.SetAttribute("Name", name.c_str());
       if (is_ghost_array(array)) continue;
       CellDataArraySelection->AddArray(name.c_str(), false);
-      if (Piece == 0) notes.push_back("cell array '" + name + "' is not carried");
+      note_once("cell array '" + name + "' is not carried");
     }
   }
 
@@ -332,9 +335,8 @@ private:
       const std::string name = unique_name(given, static_cast<std::size_t>(i), taken);
       if (name == given) continue;
       array.SetAttribute("Name", name.c_str());
-      if (Piece != 0) continue;
-      notes.push_back(given.empty() ? "a point array without a name is called '" + name + "'"
-                                    : "a second point array '" + given + "' is called '" + name + "'");
+      note_once(given.empty() ? "a point array without a name is called '" + name + "'"
+                              : "a second point array '" + given + "' is called '" + name + "'");
     }
   }
 

@@ -260,6 +260,11 @@ TEST_CASE("ghost flags of several pieces: all have them, but for those without c
     CHECK(std::any_of(report.notes.begin(), report.notes.end(),
                       [](const std::string& note) { return note.find("skipped 1 ghost cell") != std::string::npos; }));
   }
+  VtuText carried;
+  carried.cell_data = R"(<DataArray type="Float32" Name="density" format="ascii">1</DataArray>)";
+  ReadReport report;
+  CHECK(read_text(empty.file(carried.piece() + carried.piece()), &report).tets.size() == 2);
+  CHECK(std::count(report.notes.begin(), report.notes.end(), "cell array 'density' is not carried") == 1);
   for (const std::string& text : {with.file(without.piece()), without.file(with.piece())})
     CHECK_THAT(failure_of_text(text).message, Catch::Contains("other ghost flags of cells than those before it"));
 }
