@@ -9,15 +9,15 @@
 
 namespace ptet {
 
-void ask_for_large_pages([[maybe_unused]] const void* begin, [[maybe_unused]] std::size_t bytes) noexcept {
+void ask_for_large_pages([[maybe_unused]] void* begin, [[maybe_unused]] std::size_t bytes) noexcept {
 #ifdef MADV_HUGEPAGE
   constexpr std::size_t kLarge = std::size_t{4} << 20U; // two large pages: one of them is whole
   if (bytes < kLarge) return;
-  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-  const auto first = (reinterpret_cast<std::uintptr_t>(begin) + page - 1) / page * page;
-  const auto end = (reinterpret_cast<std::uintptr_t>(begin) + bytes) / page * page;
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  const std::size_t into_page = reinterpret_cast<std::uintptr_t>(begin) % page;
+  const std::size_t before = into_page == 0 ? 0 : page - into_page;
   // An advice: whatever comes of it, nothing has failed.
-  static_cast<void>(madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE));
+  static_cast<void>(madvise(static_cast<char*>(begin) + before, (bytes - before) / page * page, MADV_HUGEPAGE));
 #endif
 }
 

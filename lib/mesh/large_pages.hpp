@@ -14,7 +14,7 @@ namespace ptet {
 
 /// Asks for large pages in [begin, begin + bytes), memory that is there but not yet written to. Not where it is little.
 /// Thread rule: any.
-void ask_for_large_pages(const void* begin, std::size_t bytes) noexcept;
+void ask_for_large_pages(void* begin, std::size_t bytes) noexcept;
 
 /// As std::allocator, and asks for large pages.
 template <class T>
