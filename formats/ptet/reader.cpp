@@ -123,13 +123,11 @@ Content Reader::read_base() const {
   ByteReader in(bytes, name_of(SectionKind::kBase), d.base.offset, true);
   const std::size_t vertices = std::size_t{header_.base_vertex_count} + header_.record_count;
   PointArray positions{"", header_.position_type, 3, {}};
-  reserve_large(positions.bytes, vertices * positions.row_bytes());
-  positions.resize(vertices);
+  resize_large(positions.bytes, vertices * positions.row_bytes());
   std::vector<PointArray> arrays;
   for (const ArrayInfo& info : header_.arrays) {
-    arrays.push_back({info.name, info.type, info.components, {}});
-    reserve_large(arrays.back().bytes, vertices * arrays.back().row_bytes());
-    arrays.back().resize(vertices);
+    PointArray& array = arrays.emplace_back(PointArray{info.name, info.type, info.components, {}});
+    resize_large(array.bytes, vertices * array.row_bytes());
   }
   auto tets = parse_base(in, header_, positions, arrays);
   const std::uint32_t codes = d.schema->code_count();

@@ -21,14 +21,14 @@ struct Reader::Decoding {
     limits.max_bytes = std::min<std::uint64_t>(limits.max_bytes, std::numeric_limits<std::size_t>::max() / 2);
   }
 
+  /// Of a number that passes a limit.
+  [[nodiscard]] ErrorCode beyond_limit() const { return is_sound ? ErrorCode::kLimit : ErrorCode::kCorruptFile; }
+
   RangeReader reader;
   Limits limits;
   Violations violations;
   std::uint64_t claimed = 0; ///< of Limits::max_bytes
   bool is_sound = true;      ///< no hash of what says how much there is was wrong
-
-  /// Of a number that passes a limit.
-  [[nodiscard]] ErrorCode beyond_limit() const { return is_sound ? ErrorCode::kLimit : ErrorCode::kCorruptFile; }
   FixedHeader fixed;
   std::vector<DecimalDigits> digits;
   std::vector<TableRow> rows;

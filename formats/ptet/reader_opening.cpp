@@ -98,6 +98,11 @@ private:
   void violated(const std::string& what, std::optional<std::uint64_t> offset) const {
     reader_.violated({what, offset, {}, {}, {}});
   }
+  /// Of a part that says how much there is.
+  void has_wrong_hash(const std::string& part, std::uint64_t offset) const {
+    d_.is_sound = false;
+    violated("the " + part + "'s hash does not match", offset);
+  }
   /// A mandatory section, which every file has.
   [[nodiscard]] const Section& section(SectionKind kind) const {
     return *find_section(sections_, kind, footer_.directory_offset);
@@ -131,10 +136,7 @@ void Reader::Opening::read_header() {
   d_.fixed = parse_header(in);
   const auto hashed = std::span(bytes).first(kHeaderBytes - 8);
   ByteReader hash(std::span{bytes}.last(8), "header", kHeaderBytes - 8);
-  if (hash.get<std::uint64_t>("hash") != hash_of(hashed)) {
-    d_.is_sound = false;
-    violated("the header's hash does not match", 0);
-  }
+  if (hash.get<std::uint64_t>("hash") != hash_of(hashed)) has_wrong_hash("header", 0);
 }
 
 void Reader::Opening::check_limits() const {
@@ -167,10 +169,7 @@ void Reader::Opening::read_directory() {
       footer_.directory_offset != size - kFooterBytes - directory_bytes)
     fail_file("the directory is not before the footer", size - kFooterBytes);
   const auto bytes = ahead_.get(footer_.directory_offset, directory_bytes);
-  if (hash_of(bytes) != footer_.directory_hash) {
-    d_.is_sound = false;
-    violated("the directory's hash does not match", footer_.directory_offset);
-  }
+  if (hash_of(bytes) != footer_.directory_hash) has_wrong_hash("directory", footer_.directory_offset);
   ByteReader in(bytes, "directory", footer_.directory_offset);
   in.tell(&d_.violations);
   sections_ = parse_directory(in, footer_.section_count);

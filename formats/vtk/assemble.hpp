@@ -25,6 +25,8 @@ public:
   /// `path` begins every error message. `report` gets the notes.
   Assembler(std::string path, ReadReport& report) : path_(std::move(path)), report_(report) {}
 
+  /// To the notes, however often it is said.
+  void note_once(const std::string& note);
   /// Appends the points and point arrays of a grid. Every grid must have the arrays of the first.
   void add_points(vtkUnstructuredGrid& grid);
   /// Appends the cells of a grid, whose ids are rows of the points that were added last.
@@ -46,7 +48,6 @@ private:
   template <class Index>
   void add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
                  std::uint64_t id_count);
-  void note_once(const std::string& note);
   void note_component_names(const std::string& name, vtkDataArray& array);
   void note_ghost_points(vtkAbstractArray& array);
 

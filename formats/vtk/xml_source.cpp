@@ -144,7 +144,7 @@ public:
   }
 
   std::uint64_t file_bytes = 0;
-  std::vector<std::string> notes;
+  std::vector<std::string> notes; ///< of every piece
 
 protected:
   void CreateXMLParser() override {
@@ -217,11 +217,6 @@ protected:
   }
 
 private:
-  /// However many pieces say it.
-  void note_once(std::string note) {
-    if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
-  }
-
   /// VTK's writer puts the arrays of all time steps side by side, under the same names; in some modes all are called
   /// step 0. VTK's reader then takes the first of a name, or leaves what is not of its step as it finds it in memory.
   bool keep_last_step(vtkXMLDataElement& data) {
@@ -257,7 +252,8 @@ private:
     for (vtkXMLDataElement* const array : gone)
       if (array) data.RemoveNestedElement(array);
     if (steps >= 2)
-      note_once("the values are those of the last of " + grouped(static_cast<std::uint64_t>(steps)) + " time steps");
+      notes.push_back("the values are those of the last of " + grouped(static_cast<std::uint64_t>(steps)) +
+                      " time steps");
     return true;
   }
 
@@ -316,7 +312,7 @@ private:
       array.SetAttribute("Name", name.c_str());
       if (is_ghost_array(array)) continue;
       CellDataArraySelection->AddArray(name.c_str(), false);
-      note_once("cell array '" + name + "' is not carried");
+      notes.push_back("cell array '" + name + "' is not carried");
     }
   }
 
@@ -335,8 +331,8 @@ private:
       const std::string name = unique_name(given, static_cast<std::size_t>(i), taken);
       if (name == given) continue;
       array.SetAttribute("Name", name.c_str());
-      note_once(given.empty() ? "a point array without a name is called '" + name + "'"
-                              : "a second point array '" + given + "' is called '" + name + "'");
+      notes.push_back(given.empty() ? "a point array without a name is called '" + name + "'"
+                                    : "a second point array '" + given + "' is called '" + name + "'");
     }
   }
 
@@ -452,10 +448,8 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
 
 void read_vtu(const Source& source, Assembler& assembler) {
   const vtkSmartPointer<CheckedReader> reader = opened(source);
-  for (const std::string& note : reader->notes) {
-    if (std::find(source.report.notes.begin(), source.report.notes.end(), note) == source.report.notes.end())
-      source.report.notes.push_back(note);
-  }
+  for (const std::string& note : reader->notes)
+    assembler.note_once(note);
 
   // Piece by piece: so an id can be told from the next piece's, and only one is held twice in memory.
   const ProgressWatch watch(*reader, "reading", source.progress);

@@ -15,10 +15,7 @@ constexpr SlotMesh::FaceSlots kNoFace = {SlotMesh::kUnused, SlotMesh::kUnused, S
 
 void copy_row(const PointArray& from, std::size_t row, PointArray& to, std::size_t slot) {
   const std::size_t bytes = from.row_bytes();
-  if ((slot + 1) * bytes > to.bytes.size()) {
-    grow_large(to.bytes, (slot + 1) * bytes);
-    to.bytes.resize((slot + 1) * bytes);
-  }
+  if ((slot + 1) * bytes > to.bytes.size()) resize_large(to.bytes, (slot + 1) * bytes);
   std::memcpy(to.bytes.data() + slot * bytes, from.bytes.data() + row * bytes, bytes);
 }
 
@@ -119,8 +116,7 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
 
 void SlotMesh::make_room() {
   if (!is_settled_ && hierarchy_.content().refinement.is_settled()) settle();
-  grow_large(slot_of_place_, hierarchy_.content().refinement.place_count());
-  slot_of_place_.resize(hierarchy_.content().refinement.place_count(), kUnused);
+  resize_large(slot_of_place_, hierarchy_.content().refinement.place_count(), kUnused);
 }
 
 bool SlotMesh::compact() {

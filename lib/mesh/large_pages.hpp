@@ -58,4 +58,11 @@ void grow_large(std::vector<T>& list, std::size_t count) {
   if (count > list.capacity()) reserve_large(list, std::max(count, 2 * list.capacity()));
 }
 
+/// list.resize(count, value), and asks for large pages where that takes new memory.
+template <class T>
+void resize_large(std::vector<T>& list, std::size_t count, const T& value = T()) {
+  grow_large(list, count);
+  list.resize(count, value);
+}
+
 } // namespace ptet

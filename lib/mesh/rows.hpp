@@ -12,8 +12,7 @@ namespace ptet {
 /// The rows of `vertices`, in their order; runs of neighbours are copied at once.
 [[nodiscard]] inline PointArray gather(const PointArray& from, std::span<const VertexId> vertices) {
   PointArray to{from.name, from.type, from.components, {}};
-  reserve_large(to.bytes, vertices.size() * from.row_bytes());
-  to.resize(vertices.size());
+  resize_large(to.bytes, vertices.size() * from.row_bytes());
   const std::size_t row_bytes = from.row_bytes();
   for (std::size_t begin = 0; begin < vertices.size();) {
     std::size_t end = begin + 1;

@@ -177,8 +177,7 @@ std::uint64_t count_edge_ends(std::span<const Tet> tets, std::span<const VertexI
 FaceTable build_face_table(std::span<const Tet> tets, std::size_t vertex_count) {
   Buckets buckets = sort_into_buckets(tets, vertex_count);
   FaceTable table;
-  reserve_large(table.mate, tets.size() * 4);
-  table.mate.resize(tets.size() * 4);
+  resize_large(table.mate, tets.size() * 4);
   const auto link = [&](SomeFaces& faces, std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {
       const std::span<Keyed> bucket(buckets.entries.data() + buckets.begin[v], buckets.begin[v + 1] - buckets.begin[v]);
