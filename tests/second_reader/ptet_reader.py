@@ -9,6 +9,7 @@ written without looking there, the specification has a hole. Titles in brackets 
 
 ranks[column][vertex] and values[column][vertex] are what the vertices have, x y z first. A violation raises Corrupt.
 """
+import collections.abc
 import functools
 import itertools
 import math
@@ -46,6 +47,19 @@ def expand(data, size):
     return out
 
 
+class Grid(collections.abc.Sequence):
+    """The 65536 places of a side of the mesh's box, in ascending order."""
+
+    def __init__(self, low, high):
+        self.low, self.high, self.step = low, high, (high - low) / 65535
+
+    def __len__(self):
+        return 65536
+
+    def __getitem__(self, i):
+        return self.high if i == 65535 else min(self.high, self.low + i * self.step)
+
+
 class PtetFile:
     """A file of which blocks are decoded on demand. Vertices are numbered as in PTET.md, versions as they are met."""
 
@@ -81,9 +95,7 @@ class PtetFile:
         require(known_type(self.kind, self.digits) and finite_box(box) and 0 <= self.diagonal < math.inf
                 and 0 <= self.volume < math.inf and (self.volume or not self.squared), "a type or scale of the header")
 
-        sides = zip(box[:3], box[3:])
-        self.grid = [[*(min(high, low + i * ((high - low) / 65535)) for i in range(65535)), high]
-                     for low, high in sides]
+        self.grid = [Grid(low, high) for low, high in zip(box[:3], box[3:])]
 
     def read_directory(self):
         start, count, reserved, stated, size, magic = struct.unpack("<Q2I2Q8s", self.data[-40:])
@@ -241,7 +253,7 @@ class PtetFile:
         points = np.array([self.point(x) for x in around])
         require(block.versions == len(made), "version_count of the table")
         least, greatest = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-        require(all(grid[0] <= a <= b <= grid[-1] for grid, a, b in zip(self.grid, least, greatest)), "a vertex outside")
+        require(all(grid.low <= a <= b <= grid.high for grid, a, b in zip(self.grid, least, greatest)), "a vertex outside")
         require(block.box == [grid[bisect_right(grid, x) - 1] for grid, x in zip(self.grid, least)]
                 + [grid[bisect_left(grid, x)] for grid, x in zip(self.grid, greatest)], "a box of the table")
         require(block.max_error == [max(codes) for codes in zip(*(record.monotone for record in records))]
