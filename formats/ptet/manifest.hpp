@@ -13,7 +13,7 @@ namespace ptet::file {
 struct Manifest {
   std::string tool_version; ///< of the builder, "0.1.0"
   std::string source_name;  ///< file name of the input, without its folder
-  std::string source_hash;  ///< "xxh64:..." of the input's bytes; empty when it did not come from a file
+  std::string source_hash;  ///< "xxh64:..." of the input's bytes, and its pieces'; empty when it was no file
   std::vector<std::pair<std::string, std::string>> options; ///< name and value, as used
   std::vector<std::string> notes;                           ///< what was found in the input and done about it
 

@@ -3,6 +3,7 @@
 #include "formats/vtk/sources.hpp"
 #include "ptet/error.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cerrno>
@@ -166,20 +167,25 @@ std::optional<AnnouncedMesh> announced_mesh(const std::string& path) {
   });
 }
 
-std::string hash_file(const std::string& path, const ProgressCallback& progress) {
+std::string hash_input(const std::string& path, const std::vector<std::string>& more_files,
+                       const ProgressCallback& progress) {
   static constexpr std::size_t kChunkBytes = 1 << 20;
-  const vtkio::File file = vtkio::open_file(path);
   const std::unique_ptr<XXH64_state_t, XXH_errorcode (*)(XXH64_state_t*)> state(XXH64_createState(), &XXH64_freeState);
   if (!state) throw std::bad_alloc();
   XXH64_reset(state.get(), 0);
   std::vector<char> chunk(kChunkBytes);
   std::uint64_t done = 0;
-  while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), file.get())) {
-    XXH64_update(state.get(), chunk.data(), got);
-    done += got;
-    if (progress && !progress({"hashing", done, 0})) throw Error(ErrorCode::kCancelled, "hashing was cancelled");
-  }
-  if (std::ferror(file.get())) vtkio::fail_to_read(path, std::strerror(errno));
+  const auto add = [&](const std::string& part) {
+    const vtkio::File file = vtkio::open_file(part);
+    while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), file.get())) {
+      XXH64_update(state.get(), chunk.data(), got);
+      done += got;
+      if (progress && !progress({"hashing", done, 0})) throw Error(ErrorCode::kCancelled, "hashing was cancelled");
+    }
+    if (std::ferror(file.get())) vtkio::fail_to_read(part, std::strerror(errno));
+  };
+  add(path);
+  std::for_each(more_files.begin(), more_files.end(), add);
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "xxh64:%016llx", static_cast<unsigned long long>(XXH64_digest(state.get())));
   return text.data();

@@ -51,8 +51,9 @@ struct AnnouncedMesh {
 /// Throws Error as read_mesh() does. Thread rule: that of read_mesh(). Cost: the head of each file.
 [[nodiscard]] std::optional<AnnouncedMesh> announced_mesh(const std::string& path);
 
-/// The XXH64 of the bytes of a file, as "xxh64:0123456789abcdef", for provenance.
-/// Throws Error: kIo, kCancelled.
-[[nodiscard]] std::string hash_file(const std::string& path, const ProgressCallback& progress = {});
+/// The XXH64 of the bytes of a file and of ReadReport::more_files behind it, as "xxh64:0123456789abcdef", for
+/// provenance. Throws Error: kIo, kCancelled.
+[[nodiscard]] std::string hash_input(const std::string& path, const std::vector<std::string>& more_files = {},
+                                     const ProgressCallback& progress = {});
 
 } // namespace ptet

@@ -135,6 +135,12 @@ class Memory(Case):
         verified = self.json("verify", "kept.ptet", "--original", "both.pvtu")
         self.assertTrue(verified["ok"])
         self.assertTrue(any("as in the build" in note and "welded" in note for note in verified["notes"]))
+        self.assertFalse(any("byte for byte" in note for note in verified["notes"]))
+        with open(self.folder / "right.vtu", "ab") as piece:
+            piece.write(b"\n")
+        verified = self.json("verify", "kept.ptet", "--original", "both.pvtu")
+        self.assertTrue(verified["ok"])
+        self.assertTrue(any("byte for byte" in note for note in verified["notes"]))
         self.ptet("extract", "welded.ptet", "--tets", "50%", "-o", "half.vtu")
         topologies = [self.json("measure", "both.pvtu", "half.vtu", *flag)["original"]["validity"]["components"]
                       for flag in ([], ["--weld"])]

@@ -339,7 +339,7 @@ TEST_CASE("paths that cannot be read are named with the system's reason", "[vtk]
              Catch::EndsWith("none.vtu: cannot read: No such file or directory"));
   CHECK_THAT(failure_of(folder / "").message, Catch::EndsWith("cannot read: it is a folder"));
   CHECK_THAT(failure_of("/dev/null").message, Catch::EndsWith("it is not a regular file"));
-  CHECK_THROWS_AS(hash_file(folder / "none.vtu"), Error);
+  CHECK_THROWS_AS(hash_input(folder / "none.vtu"), Error);
   write_bytes(folder / "closed.vtu", VtuText().file());
   std::filesystem::permissions(folder / "closed.vtu", std::filesystem::perms::none);
   if (::geteuid() != 0) CHECK(failure_of(folder / "closed.vtu").code == ErrorCode::kIo);
@@ -395,10 +395,14 @@ TEST_CASE("reading can be watched and cancelled", "[vtk]") {
   }
 }
 
-TEST_CASE("the hash of a file is its XXH64", "[vtk]") {
+TEST_CASE("the hash of an input is the XXH64 of its files", "[vtk]") {
   const TempFolder folder;
   write_bytes(folder / "empty", "");
   write_bytes(folder / "abc", "abc");
-  CHECK(hash_file(folder / "empty") == "xxh64:ef46db3751d8e999");
-  CHECK(hash_file(folder / "abc") == "xxh64:44bc2cf5ad770999");
+  CHECK(hash_input(folder / "empty") == "xxh64:ef46db3751d8e999");
+  CHECK(hash_input(folder / "abc") == "xxh64:44bc2cf5ad770999");
+  write_bytes(folder / "a", "a");
+  write_bytes(folder / "bc", "bc");
+  CHECK(hash_input(folder / "a", {folder / "bc"}) == hash_input(folder / "abc"));
+  CHECK_THROWS_AS(hash_input(folder / "a", {folder / "none"}), Error);
 }

@@ -266,7 +266,8 @@ void run(const Arguments& arguments) {
   options.max_field_error = resolve_field_bounds("--max-field-error", wishes.max_field_error, names_of(mesh),
                                                  governing_names(mesh, options.fields));
   if (wishes.target) options.target_vertices = target_of(*wishes.target, options.weld, mesh.vertex_count());
-  const std::string hash = ranks.is_first() ? hash_file(arguments.input, callback) : std::string();
+  const std::string hash =
+      ranks.is_first() ? hash_input(arguments.input, outcome.read.more_files, callback) : std::string();
   stop_if_interrupted();
   const std::string name = std::filesystem::path(arguments.input).filename().string();
   try {

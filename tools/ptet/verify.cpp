@@ -145,7 +145,7 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   if (verified.reader->manifest().is_welded())
     outcome.notes.push_back("as in the build, " + welding_note(weld_points(original)));
   const std::string& expected = verified.reader->manifest().source_hash;
-  if (!expected.empty() && hash_file(*arguments.original, progress.callback()) != expected) {
+  if (!expected.empty() && hash_input(*arguments.original, read.more_files, progress.callback()) != expected) {
     outcome.notes.push_back("'" + *arguments.original +
                             "' is not byte for byte the file that was built from; its contents are compared");
   }
