@@ -271,8 +271,9 @@ the length counts. --view keeps the boundary sharp to --pixels in a picture in p
 ("write_seconds" for the writing), bytes those that --bytes counts. Errors are no bounds where the build has not
 measured them everywhere (--evaluate). With a focus, values or a view "achieved" has the errors there by themselves:
 "in_focus" and "at_values", lists in the order asked (isovalues first), and "in_view" with "pixels" (null where an eye
-is so near that none is a bound). The RMS error is that over the domain of the original where the mesh covers it; a
-build that did not measure it leaves none. Notes say what of the wishes met nothing, and what .stl could not hold.
+is so near that none is a bound). The RMS error is an integral over what the mesh covers of the original, divided by the
+volume of the whole original; a build that did not measure it leaves none. Notes say what of the wishes met nothing, and
+what .stl could not hold.
 )";
 
 } // namespace

@@ -377,7 +377,8 @@ double ptet_extraction_part_domain_error(const ptet_extraction* extraction, ptet
 /* The largest domain error in the picture as the view counts it, pixels; INFINITY where a face with an error comes as
  * near to the eye as the error is large, 0 without a view. */
 double ptet_extraction_pixels_in_view(const ptet_extraction* extraction);
-/* The root mean square of the field's error over the domain, in its units; NaN when the build did not measure it. */
+/* The root mean square of the field's error over the original domain, what the mesh does not cover
+ * counting as no error, in the field's units; NaN when the build did not measure it. */
 double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field);
 
 /* ---- Sessions: a mesh that follows its requests, for viewers ---- */

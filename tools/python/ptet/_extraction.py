@@ -62,8 +62,9 @@ class Extraction:
         made_by: (m,) uint32: the record that made each tet, 0xFFFFFFFF when it is an original one, whose error is 0;
             None unless `origins` was asked for.
         field_error: by governing field the largest error, in its units. In a file built with evaluation "exact" no
-            point of the domain has a larger one.
-        rms_error: by governing field the root mean square error over the domain; empty when the build measured none.
+            point that the mesh covers has a larger one.
+        rms_error: by governing field the root mean square error over the original domain, what the mesh does not cover
+            counting as no error; empty when the build measured none.
         domain_error: largest distance between the mesh's boundary and the original one, either way, mesh units.
         in_focus: PartErrors of what meets each focus region.
         at_values: PartErrors of what may take each of the values of interest.
