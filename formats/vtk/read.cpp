@@ -3,7 +3,6 @@
 #include "formats/vtk/sources.hpp"
 #include "ptet/error.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cerrno>
@@ -185,7 +184,8 @@ std::string hash_input(const std::string& path, const std::vector<std::string>& 
     if (std::ferror(file.get())) vtkio::fail_to_read(part, std::strerror(errno));
   };
   add(path);
-  std::for_each(more_files.begin(), more_files.end(), add);
+  for (const std::string& more : more_files)
+    add(more);
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "xxh64:%016llx", static_cast<unsigned long long>(XXH64_digest(state.get())));
   return text.data();

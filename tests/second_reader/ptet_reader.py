@@ -9,7 +9,6 @@ written without looking there, the specification has a hole. Titles in brackets 
 
 ranks[column][vertex] and values[column][vertex] are what the vertices have, x y z first. A violation raises Corrupt.
 """
-import collections.abc
 import functools
 import itertools
 import math
@@ -47,7 +46,7 @@ def expand(data, size):
     return out
 
 
-class Grid(collections.abc.Sequence):
+class Grid:
     """The 65536 places of a side of the mesh's box, in ascending order."""
 
     def __init__(self, low, high):
@@ -253,7 +252,8 @@ class PtetFile:
         points = np.array([self.point(x) for x in around])
         require(block.versions == len(made), "version_count of the table")
         least, greatest = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-        require(all(grid.low <= a <= b <= grid.high for grid, a, b in zip(self.grid, least, greatest)), "a vertex outside")
+        require(all(grid.low <= a <= b <= grid.high for grid, a, b in zip(self.grid, least, greatest)),
+                "a vertex outside")
         require(block.box == [grid[bisect_right(grid, x) - 1] for grid, x in zip(self.grid, least)]
                 + [grid[bisect_left(grid, x)] for grid, x in zip(self.grid, greatest)], "a box of the table")
         require(block.max_error == [max(codes) for codes in zip(*(record.monotone for record in records))]
