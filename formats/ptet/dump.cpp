@@ -240,8 +240,8 @@ void Dump::describe_record(RecordId r) {
     out_ << ' ' << content_.own[r.index() * codes + i] << " / " << content_.monotone[r.index() * codes + i];
   }
   if (!content_.squared_error.empty()) out_ << ", squared:";
-  for (std::size_t i = 0; !content_.squared_error.empty() && i + 1 < codes; ++i)
-    out_ << ' ' << content_.squared_error[r.index() * (codes - 1) + i];
+  for (std::size_t i = 0; !content_.squared_error.empty() && i < codes; ++i)
+    out_ << ' ' << content_.squared_error[r.index() * codes + i];
   out_ << "\n             order code: " << content_.order[r.index()];
   if (const auto parents = refinement.parents(r); !parents.empty()) {
     out_ << "\n             after records";
@@ -303,9 +303,11 @@ void summarise(std::ostream& out, const std::string& path) {
     }
     out << " domain " << number(decode_error(info.max_error[code], header.diagonal));
     out << ", order " << info.max_order;
-    if (!info.squared_error.empty()) out << ", mean squares / range^2";
-    for (const double sum : info.squared_error)
-      out << ' ' << number(sum);
+    for (std::size_t i = 0; i < info.squared_error.size(); ++i) {
+      if (i == 0) out << ", mean squares / range^2";
+      if (i + 1 == info.squared_error.size()) out << ", uncovered";
+      out << ' ' << number(info.squared_error[i]);
+    }
     out << ", needs " << info.needs.size() << " blocks\n";
   }
 }

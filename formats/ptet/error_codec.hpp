@@ -50,21 +50,23 @@ void code_errors(Coder& coder, const Schema& schema, BlockState& state, Content&
   }
 }
 
+/// Codes of the same step in volumes and in mean squares: 8 for each octave.
+inline std::int32_t log_of_square(double x) {
+  return x > 0 ? static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(x) >> 49) : 0;
+}
+
 /// What the collapse raised the mean square errors by. That is about the own error squared times the volume of the
 /// star, and a code of either is the same step; how much less it is, the records before tell. `six_star_volumes`: the
 /// sum of six times the volumes of the tets of F(r).
 template <class Coder>
 void code_squared_errors(Coder& coder, const Schema& schema, BlockState& state, Content& content, RecordId r,
                          double six_star_volumes) {
-  const auto logarithm = [](double x) {
-    return x > 0 ? static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(x) >> 49) : 0;
-  };
   constexpr std::int32_t kAtOwnScale = 1600 - 1280;
-  const std::int32_t size = logarithm(six_star_volumes) - logarithm(schema.volume) + kAtOwnScale;
-  const std::size_t fields = schema.governing.size();
-  for (std::uint32_t i = 0; i < fields; ++i) {
-    const std::int32_t own = content.own[r.index() * (fields + 1) + i];
-    SquaredErrorCode& squared = content.squared_error[r.index() * fields + i];
+  const std::int32_t size = log_of_square(six_star_volumes) - log_of_square(schema.volume) + kAtOwnScale;
+  const std::size_t codes = schema.code_count();
+  for (std::uint32_t i = 0; i + 1 < codes; ++i) {
+    const std::int32_t own = content.own[r.index() * codes + i];
+    SquaredErrorCode& squared = content.squared_error[r.index() * codes + i];
     std::uint8_t& last_sign = state.last_squared_sign[i];
     const std::uint32_t no_error = own == 0 ? 1 : 0;
     if (coder.bit(schema.squared_zero + 4 * i + 2 * no_error + (last_sign == 0 ? 1 : 0), squared == 0)) {
@@ -89,6 +91,34 @@ void code_squared_errors(Coder& coder, const Schema& schema, BlockState& state, 
     }
     squared = static_cast<SquaredErrorCode>(negative ? -value : value);
   }
+}
+
+/// What the collapse raised the uncovered part of the volume by: what the mesh lost, but for what of that lay outside
+/// of the domain. `six_volumes_lost()`: six times what it lost.
+template <class Coder, class Lost>
+void code_uncovered(Coder& coder, const Schema& schema, BlockState& state, Content& content, RecordId r,
+                    Lost&& six_volumes_lost) {
+  const std::uint32_t i = schema.code_count() - 1;
+  SquaredErrorCode& uncovered = content.squared_error[r.index() * schema.code_count() + i];
+  const std::uint32_t stays = content.own[r.index() * schema.code_count() + i] == 0 ? 1 : 0;
+  std::uint8_t& last_sign = state.last_squared_sign[i];
+  if (coder.bit(schema.squared_zero + 4 * i + 2 * stays + (last_sign == 0 ? 1 : 0), uncovered == 0)) {
+    uncovered = 0;
+    last_sign = 0;
+    return;
+  }
+  const double lost = six_volumes_lost();
+  const std::uint32_t grows = lost > 0 ? 0 : 1;
+  const bool negative = coder.bit(schema.squared_negative + 6 * i + 3 * stays + 1 + grows, uncovered < 0);
+  last_sign = negative ? 2 : 1;
+  const int greatest = greatest_uncovered_code(schema.record_count);
+  const std::int32_t expected = std::clamp<std::int32_t>(
+      log_of_square(std::fabs(lost)) - log_of_square(6 * schema.volume) + uncovered_code_of_all(schema.record_count), 1,
+      greatest);
+  const std::uint32_t first = schema.squared + (4 * i + 2 * grows + (negative ? 1 : 0)) * Schema::kErrorContexts;
+  const std::int32_t value = code_near(coder, first, expected, std::abs(uncovered));
+  if (value < 1 || value > greatest) fail_record(r, "what it uncovers is out of range");
+  uncovered = static_cast<SquaredErrorCode>(negative ? -value : value);
 }
 
 /// How coarse the mesh was when the collapse was made: coded by how much less it is than the least of the parents' and

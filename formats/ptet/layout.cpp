@@ -232,7 +232,7 @@ std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, cons
   const auto codes =
       1 + static_cast<std::size_t>(std::count_if(header.arrays.begin(), header.arrays.end(),
                                                  [](const ArrayInfo& array) { return array.governing; }));
-  const std::size_t squared = header.has_squared_errors ? codes - 1 : 0;
+  const std::size_t squared = header.has_squared_errors ? codes : 0;
   const std::size_t least_row_bytes = 3 + 8 + 12 + 4 * codes + 2 + 8 * squared + 1;
   if (header.block_count > in.remaining() / least_row_bytes) in.fail("it is too short for its number of blocks");
   std::vector<TableRow> rows(header.block_count);

@@ -51,6 +51,13 @@ struct OpenBlock {
 
 } // namespace
 
+double decode_sum(const Header& header, std::size_t i, SquaredErrorCode code) {
+  const auto fields =
+      std::count_if(header.arrays.begin(), header.arrays.end(), [](const ArrayInfo& a) { return a.governing; });
+  return i == static_cast<std::size_t>(fields) ? decode_uncovered(code, header.record_count)
+                                               : decode_squared_error(code);
+}
+
 struct Reader::Batching {
   Reader* reader;
   std::vector<OpenBlock> open;
@@ -140,7 +147,7 @@ Content Reader::read_base() const {
           std::vector<ErrorCode16>(errors),
           std::vector<ErrorCode16>(errors),
           std::vector<OrderCode>(header_.record_count),
-          std::vector<SquaredErrorCode>(header_.has_squared_errors ? errors - header_.record_count : 0),
+          std::vector<SquaredErrorCode>(header_.has_squared_errors ? errors : 0),
           std::vector<std::uint32_t>(header_.record_count),
           std::vector<char>(header_.block_count)};
 }
@@ -201,8 +208,8 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
     double least = 0, most = 0, slack = 0;
     for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
       const SquaredErrorCode code = content.squared_error[r * info.squared_error.size() + i];
-      const double upper = decode_squared_error(code);
-      const double lower = decode_squared_error(static_cast<SquaredErrorCode>(code - 1));
+      const double upper = decode_sum(header_, i, code);
+      const double lower = decode_sum(header_, i, static_cast<SquaredErrorCode>(code - 1));
       least += lower;
       most += upper;
       slack += 0x1p-40 * std::max(std::fabs(lower), std::fabs(upper));

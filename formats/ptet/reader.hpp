@@ -57,8 +57,8 @@ struct BlockInfo {
   std::vector<ErrorCode16> max_error;
   std::vector<ErrorCode16> max_own; ///< likewise its largest own codes
   OrderCode max_order = 0;          ///< largest order code of its records
-  /// What its records raise the mean of |Phi - phi|^2 over the domain by, as a fraction of range^2; one per governing
-  /// field, empty when it was not measured.
+  /// What its records raise the integral of |Phi - phi|^2 by, as a fraction of range^2 * volume; one per governing
+  /// field, and last the volume that the mesh does not cover, as a fraction of volume. Empty when it was not measured.
   std::vector<double> squared_error;
   /// Every block that holds a parent of one of its records, itself left out; ascending.
   std::vector<std::uint32_t> needs;
@@ -77,12 +77,15 @@ struct Content {
   /// By record: how coarse the mesh was when its collapse was made, so that { r : order > t } is a closed cut, too: the
   /// mesh that the builder had.
   std::vector<OrderCode> order;
-  /// record_count x governing fields: see BlockInfo::squared_error; empty when it was not measured.
+  /// record_count x errors_per_record: see BlockInfo::squared_error; empty when it was not measured.
   std::vector<SquaredErrorCode> squared_error;
   /// Rank in the dependency order: a record's parents have a smaller one.
   std::vector<std::uint32_t> generation;
   std::vector<char> block_loaded;
 };
+
+/// What a code in column `i` of Content::squared_error stands for.
+[[nodiscard]] double decode_sum(const Header& header, std::size_t i, SquaredErrorCode code);
 
 /// What decoding found wrong with a block.
 class BlockError : public Error {

@@ -92,8 +92,10 @@ public:
     account(coder, bits_.arrays);
     code_errors(coder, schema_, state, content, r, at_boundary_, missed_);
     account(coder, bits_.errors);
-    if (schema_.has_squared_errors)
+    if (schema_.has_squared_errors) {
       code_squared_errors(coder, schema_, state, content, r, six_star_volumes(content, r));
+      code_uncovered(coder, schema_, state, content, r, [&] { return six_volumes_lost(content, r); });
+    }
     account(coder, bits_.squared);
     code_order(coder, schema_, blocks_[state.block].max_order, content, r);
     account(coder, bits_.order);
@@ -193,7 +195,9 @@ private:
   bool code_growth(Coder& coder, const Content& content, const GrowthFace& face, bool joins);
   template <class Coder>
   void code_arrays(Coder& coder, Content& content, RecordId r);
+  [[nodiscard]] static double six_volumes(const Content& content, const Point& apex, const Tet& tet);
   [[nodiscard]] double six_star_volumes(const Content& content, RecordId r) const;
+  [[nodiscard]] double six_volumes_lost(const Content& content, RecordId r) const;
 
   struct Prediction {
     double value, spread;
@@ -476,15 +480,31 @@ void RecordCodec::code_arrays(Coder& coder, Content& content, RecordId r) {
   }
 }
 
-inline double RecordCodec::six_star_volumes(const Content& content, RecordId r) const {
+/// Six times the volume of a tet with the last three corners of `tet` and one at `apex`.
+inline double RecordCodec::six_volumes(const Content& content, const Point& apex, const Tet& tet) {
   using vec::operator-;
+  const Point a = position(content, tet[1]) - apex, b = position(content, tet[2]) - apex;
+  return std::fabs(dot(cross(a, b), position(content, tet[3]) - apex));
+}
+
+inline double RecordCodec::six_star_volumes(const Content& content, RecordId r) const {
+  double sum = 0;
+  const std::uint32_t first = content.refinement.first_fine(r).index();
+  for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t)
+    if (!content.refinement.is_ghost(VersionId{t}))
+      sum += six_volumes(content, v_position_, content.refinement.vertices(VersionId{t}));
+  return sum;
+}
+
+/// Six times what the collapse took from the volume of the mesh.
+inline double RecordCodec::six_volumes_lost(const Content& content, RecordId r) const {
   double sum = 0;
   const std::uint32_t first = content.refinement.first_fine(r).index();
   for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t) {
-    const Tet& tet = content.refinement.vertices(VersionId{t});
     if (content.refinement.is_ghost(VersionId{t})) continue;
-    const Point a = position(content, tet[1]) - v_position_, b = position(content, tet[2]) - v_position_;
-    sum += std::fabs(dot(cross(a, b), position(content, tet[3]) - v_position_));
+    const Tet& tet = content.refinement.vertices(VersionId{t});
+    sum += six_volumes(content, v_position_, tet);
+    if (std::find(tet.begin(), tet.end(), target_) == tet.end()) sum -= six_volumes(content, u_position_, tet);
   }
   return sum;
 }

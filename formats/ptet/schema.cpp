@@ -69,10 +69,11 @@ Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
   above = take(std::uint64_t{kUintContexts} * code_count());
   has_squared_errors = header.has_squared_errors;
   volume = header.volume;
+  record_count = header.record_count;
   if (has_squared_errors) {
-    squared_zero = take(std::uint64_t{4} * governing.size());
-    squared_negative = take(std::uint64_t{6} * governing.size());
-    squared = take(std::uint64_t{4} * kErrorContexts * governing.size());
+    squared_zero = take(std::uint64_t{4} * code_count());
+    squared_negative = take(std::uint64_t{6} * code_count());
+    squared = take(std::uint64_t{4} * kErrorContexts * code_count());
   }
   order = take(std::uint64_t{kOrderClasses} * kUintContexts);
   context_count_ = static_cast<std::uint32_t>(count);

@@ -63,9 +63,9 @@ public:
   std::uint32_t own = 0;                              ///< per code: kErrorClasses x kErrorContexts
   std::uint32_t above_zero = 0;                       ///< per code: 4
   std::uint32_t above = 0;                            ///< per code: uint
-  std::uint32_t squared_zero = 0;                     ///< per governing array: 4; these three only where measured
-  std::uint32_t squared_negative = 0;                 ///< per governing array: 6
-  std::uint32_t squared = 0;                          ///< per governing array: 4 x kErrorContexts
+  std::uint32_t squared_zero = 0;                     ///< per code: 4; these three only where measured
+  std::uint32_t squared_negative = 0;                 ///< per code: 6
+  std::uint32_t squared = 0;                          ///< per code: 4 x kErrorContexts
   std::uint32_t order = 0;                            ///< kOrderClasses x uint
   static constexpr std::uint32_t kGrowthContexts = 8 * 64 * 4;
   static constexpr std::uint32_t kErrorClasses = 8;
@@ -79,6 +79,7 @@ public:
   std::vector<double> scale; ///< of each error code
   bool has_squared_errors = false;
   double volume = 0;
+  std::uint32_t record_count = 0;
 
 private:
   std::uint32_t context_count_ = 0;

@@ -45,14 +45,15 @@ struct BlockState {
   SeedHistory seeds;
   std::vector<std::int32_t> last_own; ///< by error code
   std::vector<char> last_own_zero, last_above_zero;
-  /// By governing array: the sign of the last squared error (1: positive, 2: negative). For both signs how much above
-  /// its estimate it has been of late, in 1/16 codes, and the last code where the own error was 0.
+  /// By error code: the sign of the last squared error, or uncovered volume (1: positive, 2: negative). By governing
+  /// array, for both signs how much above its estimate it has been of late, in 1/16 codes, and the last code where the
+  /// own error was 0.
   std::vector<std::uint8_t> last_squared_sign;
   std::vector<std::array<std::int32_t, 2>> squared_drift, last_squared;
 
   BlockState(std::uint32_t block_number, std::size_t needs, std::size_t codes)
       : block(block_number), seeds(needs), last_own(codes, 1280), last_own_zero(codes), last_above_zero(codes),
-        last_squared_sign(codes - 1), squared_drift(codes - 1, {-960, -960}), last_squared(codes - 1, {800, 800}) {}
+        last_squared_sign(codes), squared_drift(codes - 1, {-960, -960}), last_squared(codes - 1, {800, 800}) {}
 };
 
 template <class Coder>

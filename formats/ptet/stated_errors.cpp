@@ -62,7 +62,7 @@ std::vector<std::vector<VersionId>> coarse_versions(const Refinement& refinement
 /// What was measured of one record.
 struct Measured {
   std::vector<double> errors; ///< one a field, fractions of the range
-  std::vector<double> rise;   ///< of the integral of the square, one a field, as is the next
+  std::vector<double> rise;   ///< of the integral of the square, one a field, then of the uncovered volume; so the next
   std::vector<double> terms;  ///< sum of the magnitudes that it is the difference of
   double distance = 0;        ///< of the faces to the original boundary: attained
   double rounding = 0;        ///< of the terms, relative
@@ -90,17 +90,23 @@ public:
                                  ExactFieldError::Workspace& workspace) const {
     const Refinement& refinement = content_.refinement;
     const std::size_t fields = field_count();
-    Measured measured{std::vector<double>(fields), std::vector<double>(fields), std::vector<double>(fields)};
-    std::vector<double> squared(fields), ignored(fields);
+    Measured measured{std::vector<double>(fields), std::vector<double>(fields + 1), std::vector<double>(fields + 1)};
+    std::vector<double> squared(fields + 1), ignored(fields);
+    const auto add_volume = [&](VersionId t, double sign) {
+      const double volume = tet_volume(corners_of(refinement.vertices(t)));
+      measured.rise[fields] -= sign * volume;
+      measured.terms[fields] += volume;
+    };
     const auto add = [&](VersionId t, std::vector<double>& errors, double sign) {
       std::fill(squared.begin(), squared.end(), 0.0);
       exact_->measure(numbered(refinement.vertices(t)), workspace, errors, squared);
       measured.rounding = std::max(measured.rounding, rounding_of(refinement.vertices(t)));
       ++measured.versions;
-      for (std::size_t f = 0; f < fields; ++f) {
+      for (std::size_t f = 0; f <= fields; ++f) {
         measured.rise[f] += sign * squared[f];
-        measured.terms[f] += squared[f];
+        measured.terms[f] += std::abs(squared[f]);
       }
+      add_volume(t, sign);
     };
     const double enough =
         decode_error(content_.own[(r.index() + std::size_t{1}) * content_.errors_per_record - 1], header_.diagonal) +
@@ -113,9 +119,13 @@ public:
     }
     if (!header_.has_squared_errors) return measured;
     const std::uint32_t first = refinement.first_fine(r).index();
-    for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) // original ones have no error
-      if (!refinement.is_ghost(VersionId{t}) && !refinement.creator(VersionId{t}).is_none())
+    for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) {
+      if (refinement.is_ghost(VersionId{t})) continue;
+      if (refinement.creator(VersionId{t}).is_none()) // an original one: no error, all covered
+        add_volume(VersionId{t}, -1);
+      else
         add(VersionId{t}, ignored, -1);
+    }
     return measured;
   }
 
@@ -139,12 +149,16 @@ private:
       result[i] = id_[tet[i].index()];
     return result;
   }
+  [[nodiscard]] std::array<Point, 4> corners_of(const Tet& version) const {
+    const auto at = [&](std::size_t i) -> const Point& { return prepared_.points[id_[version[i].index()].index()]; };
+    return {at(0), at(1), at(2), at(3)};
+  }
   /// How far a version's integral may be off by rounding, relative: barycentric coordinates are quotients by the
   /// volume, which is little in a flat version.
   [[nodiscard]] double rounding_of(const Tet& version) const {
     using namespace vec;
-    const auto at = [&](std::size_t i) { return prepared_.points[id_[version[i].index()].index()]; };
-    const Vec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
+    const std::array<Point, 4> at = corners_of(version);
+    const Vec3 a = at[1] - at[0], b = at[2] - at[0], c = at[3] - at[0];
     const double length = norm(a) + norm(b) + norm(c);
     const double volume = std::abs(dot(a, cross(b, c)));
     if (!(volume > 0)) return 0;
@@ -191,8 +205,11 @@ public:
       const double range = measurer_.range(f);
       compare(r, f, measured.errors[f] * range, decode_error(own[f], range), 0,
               "its error of '" + result_.errors[f].name + "' is above the stated one");
-      if (reader_.header().has_squared_errors) compare_squares(r, f, measured);
+      if (reader_.header().has_squared_errors)
+        compare_sums(r, f, measured, "its squared error of '" + result_.errors[f].name + "' is not the one stated");
     }
+    if (reader_.header().has_squared_errors)
+      compare_sums(r, codes - 1, measured, "what it uncovers is not the volume stated");
     const double diagonal = reader_.header().diagonal;
     compare(r, codes - 1, measured.distance, decode_error(own[codes - 1], diagonal), measurer_.distance_rounding(),
             "its domain error is above the stated one");
@@ -214,15 +231,15 @@ private:
         std::max(error.most_above, stated > 0 ? measured / stated : std::numeric_limits<double>::infinity());
     wrong(r, what);
   }
-  void compare_squares(std::uint32_t r, std::size_t f, const Measured& measured) {
+  void compare_sums(std::uint32_t r, std::size_t i, const Measured& measured, const std::string& what) {
     const double volume = reader_.header().volume;
-    const SquaredErrorCode code = content_.squared_error[r * (content_.errors_per_record - 1) + f];
-    const double rise = measured.rise[f] / volume;
-    const double slack = std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[f] / volume;
-    const double upper = decode_squared_error(code);
-    const double lower = decode_squared_error(static_cast<SquaredErrorCode>(code - 1));
+    const SquaredErrorCode code = content_.squared_error[r * content_.errors_per_record + i];
+    const double rise = measured.rise[i] / volume;
+    const double slack = std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[i] / volume;
+    const double upper = decode_sum(reader_.header(), i, code);
+    const double lower = decode_sum(reader_.header(), i, static_cast<SquaredErrorCode>(code - 1));
     if (rise <= upper + slack && rise >= lower - slack) return;
-    wrong(r, "its squared error of '" + result_.errors[f].name + "' is not the one stated");
+    wrong(r, what);
   }
 
   const Content& content_;

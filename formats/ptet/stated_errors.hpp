@@ -3,6 +3,7 @@
 //
 //   field     the exact maximum of |Phi - phi| over the tets that the collapse made is no more than the own error
 //   square    what the collapse raised the integral of |Phi - phi|^2 by is what the squared error says, rounded up
+//   covered   what it made the mesh uncover of the original's volume is what is said of it, rounded up
 //   domain    the distance of the boundary faces that it made to the original boundary is no more than the own error;
 //             of the bound, which is on distances both ways, this is the half that a face alone tells
 #pragma once

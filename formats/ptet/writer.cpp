@@ -74,7 +74,7 @@ private:
   std::vector<PointArray> arrays_;
   std::vector<ErrorCode16> own_, monotone_;
   std::vector<OrderCode> order_code_; ///< by file record
-  std::vector<double> squared_error_; ///< by file record and governing array, fractions of range^2 * volume
+  std::vector<double> squared_error_; ///< by file record and code, see BlockInfo::squared_error
   std::vector<SquaredErrorCode> squared_code_;
   std::vector<Tet> base_tets_;
   std::vector<BlockInfo> infos_;
@@ -207,26 +207,36 @@ void Encoding::number_errors() {
 
 void Encoding::number_squared_errors() {
   if (!records_.has_squared_errors()) return;
+  const std::size_t codes = schema_->code_count();
   const std::size_t fields = records_.fields.size();
   const std::vector<std::size_t> field_of = stream_fields();
-  squared_error_.resize(record_count() * fields);
+  squared_error_.resize(record_count() * codes);
   squared_code_.resize(squared_error_.size());
+  // Divisions round; what they may take is added again.
+  const auto put = [&](std::size_t place, double fraction, auto&& encode) {
+    fraction += std::fabs(fraction) * 0x1p-50;
+    if (!(std::fabs(fraction) <= decode_squared_error(kMaxSquaredErrorCode)))
+      throw Error(ErrorCode::kLimit, "a squared error or uncovered volume is too large for a .ptet file");
+    squared_error_[place] = fraction;
+    squared_code_[place] = encode(fraction);
+  };
+  const auto encode_volume = [&](double fraction) { return encode_uncovered(fraction, fixed_.header.record_count); };
   for (std::size_t i = 0; i < record_count(); ++i) {
+    const std::size_t row = file_record_[i] * codes;
     for (std::size_t c = 0; c < fields; ++c) {
       const double squared = records_.squared_error[i * fields + field_of[c]], range = schema_->scale[c];
       if (!std::isfinite(squared) || (squared != 0 && !(range > 0)))
         throw Error(ErrorCode::kBadInput, "a record has a squared error that is not a number or without a scale");
-      // The divisions round; what they may take is added again.
-      double fraction = squared == 0                            ? 0
-                        : holds_squares(range, records_.volume) ? squared / range / range / records_.volume
-                                                                : squared / records_.volume;
-      fraction += std::fabs(fraction) * 0x1p-50;
-      if (!(std::fabs(fraction) <= decode_squared_error(kMaxSquaredErrorCode)))
-        throw Error(ErrorCode::kLimit, "a squared error is too large for a .ptet file");
-      const std::size_t place = file_record_[i] * fields + c;
-      squared_error_[place] = fraction;
-      squared_code_[place] = encode_squared_error(fraction);
+      put(row + c,
+          squared == 0                            ? 0
+          : holds_squares(range, records_.volume) ? squared / range / range / records_.volume
+                                                  : squared / records_.volume,
+          encode_squared_error);
     }
+    const double uncovered = records_.uncovered_volume[i];
+    if (!std::isfinite(uncovered))
+      throw Error(ErrorCode::kBadInput, "a record has an uncovered volume that is not a number");
+    put(row + fields, uncovered / records_.volume, encode_volume);
   }
 }
 
@@ -256,15 +266,15 @@ void Encoding::make_base() {
 // Rounded up, so that no sum over blocks is below the truth.
 std::vector<double> Encoding::squared_sums(const BlockInfo& info) const {
   if (!records_.has_squared_errors()) return {};
-  const std::size_t fields = records_.fields.size();
-  std::vector<double> sums(fields, 0), magnitudes(fields, 0);
+  const std::size_t codes = schema_->code_count();
+  std::vector<double> sums(codes, 0), magnitudes(codes, 0);
   for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
-    for (std::size_t c = 0; c < fields; ++c) {
-      sums[c] += squared_error_[r * fields + c];
-      magnitudes[c] += std::fabs(squared_error_[r * fields + c]);
+    for (std::size_t c = 0; c < codes; ++c) {
+      sums[c] += squared_error_[r * codes + c];
+      magnitudes[c] += std::fabs(squared_error_[r * codes + c]);
     }
   }
-  for (std::size_t c = 0; c < fields; ++c)
+  for (std::size_t c = 0; c < codes; ++c)
     sums[c] += magnitudes[c] * 0x1p-52 * (info.record_count + 1);
   return sums;
 }

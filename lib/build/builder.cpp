@@ -158,7 +158,7 @@ private:
   template <class Archive>
   static void serialize_records(Archive& archive, RecordStream& records) {
     archive& records.removed& records.target& records.round& records.field_error& records.outside_error& records
-        .domain_error& records.squared_error;
+        .domain_error& records.squared_error& records.uncovered_volume;
   }
 
   /// All else that lasts from one round to the next and does not come back with the collapses.

@@ -1,5 +1,6 @@
 #include "build/certify.hpp"
 
+#include "build/mesh_scales.hpp"
 #include "error/tolerances.hpp"
 #include "ptet/error.hpp"
 
@@ -37,6 +38,24 @@ std::vector<std::uint32_t> consumers(const RecordStream& records) {
   return consumer;
 }
 
+bool moves_boundary(const RecordStream& records, std::size_t record) {
+  const auto consumed = records.consumed(record);
+  return std::any_of(consumed.begin(), consumed.end(),
+                     [&](VersionId t) { return is_ghost(records.versions[t.index()]); });
+}
+
+/// What a collapse adds to the volume of the mesh; 0 where that may be rounding.
+double volume_added(const PreparedMesh& prepared, const RecordStream& records, std::size_t record) {
+  if (!moves_boundary(records, record)) return 0;
+  double before = 0, after = 0;
+  for (const VersionId t : records.consumed(record))
+    if (const Tet& tet = records.versions[t.index()]; !is_ghost(tet)) before += volume_of(prepared, tet);
+  const std::uint32_t first = records.coarse_begin[record].index();
+  for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
+    if (!is_ghost(records.versions[t])) after += volume_of(prepared, records.versions[t]);
+  return std::abs(after - before) > kVolumeRounding * before ? after - before : 0;
+}
+
 } // namespace
 
 double certified(double measured) {
@@ -56,14 +75,19 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
   std::uint64_t none = 0;
   std::uint64_t& done = certified_before != nullptr ? *certified_before : none;
   const std::size_t field_count = fields.field_count();
-  if (done == 0) records.squared_error.assign(records.size() * field_count, 0.0);
-  if (field_count == 0 || records.size() == 0) return;
+  if (field_count == 0) return;
+  if (done == 0) {
+    records.squared_error.assign(records.size() * field_count, 0.0);
+    records.uncovered_volume.assign(records.size(), 0.0);
+  }
+  if (records.size() == 0) return;
   const ExactFieldError exact(prepared, fields.view());
   oneapi::tbb::enumerable_thread_specific<ExactFieldError::Workspace> workspaces(
       [&] { return ExactFieldError::Workspace(exact); });
   const std::vector<std::uint32_t> consumer = consumers(records);
   const std::vector<double> scale = squared_scales(fields, records.volume);
-  std::vector<double> squared; // integrals over the coarse versions of a batch of records: version x field
+  const std::size_t sum_count = field_count + 1;
+  std::vector<double> sums; // of the coarse versions of a batch of records, as measured: version x (field, volume)
 
   const auto certify = [&](std::size_t record, std::uint32_t first_of_batch, ExactFieldError::Workspace& workspace) {
     double* const stated = records.field_error.data() + record * field_count;
@@ -75,22 +99,28 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
     for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
       if (!is_ghost(records.versions[t]))
         exact.measure(records.versions[t], workspace, errors,
-                      {squared.data() + (t - first_of_batch) * field_count, field_count});
+                      {sums.data() + (t - first_of_batch) * sum_count, sum_count});
     for (std::size_t f = 0; f < field_count; ++f) {
       stated[f] = std::max(stated[f], certified(errors[f]) * fields.fields()[f].range);
     }
+    records.uncovered_volume[record] -= volume_added(prepared, records, record);
   };
-  // A version's integral counts for the record that made it, and against the one that consumed it. In the order of
-  // the versions, so that the sums do not depend on the threads.
+  // A version's integral counts for the record that made it, and against the one that consumed it; so does its volume
+  // outside of the domain. In the order of the versions, so that the sums do not depend on the threads.
   const auto add_up = [&](std::size_t record, std::uint32_t first_of_batch) {
     const std::uint32_t first = records.coarse_begin[record].index();
-    for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
+    for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t) {
+      const double* const of_version = sums.data() + (t - first_of_batch) * sum_count;
+      const std::uint32_t by = consumer[t - first_made(records)];
       for (std::size_t f = 0; f < field_count; ++f) {
-        const double integral = squared[(t - first_of_batch) * field_count + f] * scale[f];
+        const double integral = of_version[f] * scale[f];
         records.squared_error[record * field_count + f] += integral;
-        if (const std::uint32_t by = consumer[t - first_made(records)]; by != kNoConsumer)
-          records.squared_error[by * field_count + f] -= integral;
+        if (by != kNoConsumer) records.squared_error[by * field_count + f] -= integral;
       }
+      records.uncovered_volume[record] += of_version[field_count];
+      if (by != kNoConsumer) records.uncovered_volume[by] -= of_version[field_count];
+    }
+    if (!moves_boundary(records, record)) records.uncovered_volume[record] = 0;
   };
   while (done < records.size()) {
     const std::size_t begin = done;
@@ -98,7 +128,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
       throw Error(ErrorCode::kCancelled, "the build was cancelled");
     const std::size_t end = std::min(begin + kCertifyBatch, records.size());
     const std::uint32_t first = records.coarse_begin[begin].index();
-    squared.assign((records.coarse_begin[end - 1].index() + records.modified_count[end - 1] - first) * field_count, 0);
+    sums.assign((records.coarse_begin[end - 1].index() + records.modified_count[end - 1] - first) * sum_count, 0);
     oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(begin, end, 4), [&](const auto& range) {
       auto& workspace = workspaces.local();
       for (std::size_t record = range.begin(); record != range.end(); ++record)

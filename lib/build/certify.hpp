@@ -22,8 +22,7 @@ namespace ptet::build {
 
 /// Raises the field errors of every record to the exact maximum over the part of its coarse versions in the domain.
 /// What was seen at removed vertices that lie outside of the simplified domain stays in them.
-/// Sets the squared errors, exact but for rounding. The squared errors of a field whose
-/// squares a double cannot hold in the units of the field stay 0: not measured.
+/// Sets the squared errors and what is uncovered, exact but for rounding; neither where there are no fields.
 /// `certified`, when not null: how many records have been certified before, in the same stream; kept up to date, and
 /// the stream with it, whenever `progress` is called.
 /// Runs in the caller's task arena. Throws Error(kCancelled).

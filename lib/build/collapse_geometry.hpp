@@ -9,6 +9,7 @@
 #include "build/normalized_fields.hpp"
 #include "build/working_complex.hpp"
 #include "error/closest_point.hpp"
+#include "error/tolerances.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -53,20 +54,26 @@ void for_each_modified_face(const WorkingComplex& complex, Vertex vs, Vertex vd,
   }
 }
 
-[[nodiscard]] inline bool is_on_boundary(const WorkingComplex& complex, Vertex v) {
-  const auto star = complex.star(v);
-  return std::any_of(star.begin(), star.end(), [&](SlotId s) { return complex.is_ghost(complex.slot(s)); });
-}
-
 [[nodiscard]] inline std::array<Point, 4> corner_points(const std::array<Vertex, 4>& corners,
                                                         const std::vector<Point>& positions) {
   return {positions[corners[0]], positions[corners[1]], positions[corners[2]], positions[corners[3]]};
 }
 
-/// Six times the signed volume.
-[[nodiscard]] inline double determinant(const std::array<Point, 4>& tet) {
-  using namespace vec;
-  return dot(tet[1] - tet[0], cross(tet[2] - tet[0], tet[3] - tet[0]));
+/// What vs -> vd adds to the volume of the mesh; 0 where that may be rounding, as it is for vs inside.
+[[nodiscard]] inline double volume_added(const WorkingComplex& complex, const std::vector<Point>& positions, Vertex vs,
+                                         Vertex vd) {
+  double before = 0, after = 0; // six times
+  for (const SlotId s : complex.star(vs))
+    if (!complex.is_ghost(complex.slot(s))) before += determinant(corner_points(complex.slot(s).v, positions));
+  for_each_modified_tet(complex, vs, vd, [&](SlotId, const std::array<Vertex, 4>& corners) {
+    after += determinant(corner_points(corners, positions));
+  });
+  return std::abs(after - before) > kVolumeRounding * before ? (after - before) / 6 : 0;
+}
+
+[[nodiscard]] inline bool is_on_boundary(const WorkingComplex& complex, Vertex v) {
+  const auto star = complex.star(v);
+  return std::any_of(star.begin(), star.end(), [&](SlotId s) { return complex.is_ghost(complex.slot(s)); });
 }
 
 /// The gradients of the barycentric coordinates 1, 2 and 3; false when the tet is flat.

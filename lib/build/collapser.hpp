@@ -42,6 +42,7 @@ public:
   Collapser(const Collapser&) = delete;
   Collapser& operator=(const Collapser&) = delete;
 
+  [[nodiscard]] const std::vector<Point>& positions() const { return prepared_.points; } ///< by vertex
   [[nodiscard]] const NormalizedFields& fields() const { return fields_; }
   [[nodiscard]] const MeshScales& scales() const { return scales_; }
   [[nodiscard]] const ErrorLimits& limits() const { return limits_; }

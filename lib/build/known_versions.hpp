@@ -20,7 +20,7 @@ struct KnownVersions {
     Vertex target;
   };
   std::vector<Key> keys;
-  std::vector<double> values; ///< for each: the errors (fractions of the ranges, one a field), the integrals
+  std::vector<double> values; ///< for each: the errors (fractions of the ranges, one a field), then as Trial::measure()
   bool takes_more = true;     ///< whether what is measured from now on joins it
 
   /// With what the three allocations of it add.

@@ -1,6 +1,7 @@
 #include "build/measured_rounds.hpp"
 
 #include "build/certify.hpp"
+#include "build/collapse_geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -33,14 +34,14 @@ struct MeasuredRounds::Verdict {
   std::vector<double> errors;    ///< one a field, fractions of the ranges: the exact maxima
   BoundaryMove move;             ///< where it moves the boundary
   std::vector<double> outside;   ///< one a field, fractions of the ranges: at removed vertices that no tet covers
-  std::vector<double> integrals; ///< of the squared error: modified slot x field
+  std::vector<double> integrals; ///< as Trial::measure() has them: modified slot x (field, volume)
 };
 
 MeasuredRounds::MeasuredRounds(Collapser& collapser, BuildReport& report)
     : collapser_(collapser), complex_(collapser.complex()), candidates_(collapser.candidates()), report_(report),
-      field_count_(collapser.fields().field_count()),
+      field_count_(collapser.fields().field_count()), sum_count_(field_count_ + 1),
       squared_scale_(squared_scales(collapser.fields(), collapser.scales().volume)),
-      vertex_volume_(collapser.scales().vertex_volume()), slot_squared_(complex_.slot_count() * field_count_),
+      vertex_volume_(collapser.scales().vertex_volume()), slot_sums_(complex_.slot_count() * sum_count_),
       known_(complex_.vertex_count()), claimed_(complex_.vertex_count() + 1) {}
 
 void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round, const std::function<void()>& look) {
@@ -106,14 +107,15 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   // counts as if it stayed as it is, which it seldom does better than.
   const std::vector<double> before = squared_in_star(trial.check());
   for (const SlotId s : trial.check().modified()) {
-    const double* const now = slot_squared_.data() + s * field_count_;
-    verdict.integrals.insert(verdict.integrals.end(), now, now + field_count_);
+    const double* const now = slot_sums_.data() + s * sum_count_;
+    verdict.integrals.insert(verdict.integrals.end(), now, now + sum_count_);
   }
   std::vector<double> growth(field_count_);
   const auto cost = [&] {
     std::fill(growth.begin(), growth.end(), 0.0);
-    for (std::size_t i = 0; i < verdict.integrals.size(); ++i)
-      growth[i % field_count_] += verdict.integrals[i];
+    for (std::size_t i = 0; i < verdict.integrals.size(); i += sum_count_)
+      for (std::size_t f = 0; f < field_count_; ++f)
+        growth[f] += verdict.integrals[i + f];
     for (std::size_t f = 0; f < field_count_; ++f)
       growth[f] = (growth[f] - before[f]) / vertex_volume_;
     const CollapseCost& of = collapser_.cost();
@@ -161,31 +163,42 @@ std::vector<double> MeasuredRounds::squared_in_star(const CollapseCheck& check) 
   for (const std::span<const SlotId> part : {check.deleted(), check.modified()})
     for (const SlotId s : part)
       for (std::size_t f = 0; f < field_count_; ++f)
-        sum[f] += slot_squared_[s * field_count_ + f];
+        sum[f] += slot_sums_[s * sum_count_ + f];
   return sum;
 }
 
 CollapseStatus MeasuredRounds::collapse(Vertex vs, std::uint32_t round, Verdict& verdict) {
   Trial& trial = candidates_.trial();
-  CollapseStatus status = trial.examine(vs, candidates_.best(vs).target);
-  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round, &verdict.errors, &verdict.move);
-  if (status == CollapseStatus::kAccepted) record_squared_errors(trial.check(), verdict.integrals);
+  const Vertex vd = candidates_.best(vs).target;
+  CollapseStatus status = trial.examine(vs, vd);
+  if (status != CollapseStatus::kAccepted) return status;
+  const double added = trial.check().moves_boundary() ? volume_added(complex_, collapser_.positions(), vs, vd) : 0;
+  status = collapser_.collapse(round, &verdict.errors, &verdict.move);
+  if (status == CollapseStatus::kAccepted) record_squared_errors(trial.check(), verdict.integrals, added);
   return status;
 }
 
-/// The change of the squared errors by a collapse, from those of the star's slots to those measured.
-void MeasuredRounds::record_squared_errors(const CollapseCheck& check, const std::vector<double>& integrals) {
-  for (std::size_t f = 0; f < field_count_; ++f) {
-    double change = 0;
-    for (const SlotId s : check.deleted())
-      change -= std::exchange(slot_squared_[s * field_count_ + f], 0.0);
-    for (std::size_t m = 0; m < check.modified().size(); ++m) {
-      double& squared = slot_squared_[check.modified()[m] * field_count_ + f];
-      change += integrals[m * field_count_ + f] - squared;
-      squared = integrals[m * field_count_ + f];
-    }
-    collapser_.records().squared_error.push_back(change * squared_scale_[f]);
+/// Puts what was measured in the place of the sums `i` of the star's slots; returns the change of their total.
+double MeasuredRounds::exchange_sums(const CollapseCheck& check, std::size_t i, const std::vector<double>& integrals) {
+  double change = 0;
+  for (const SlotId s : check.deleted())
+    change -= std::exchange(slot_sums_[s * sum_count_ + i], 0.0);
+  for (std::size_t m = 0; m < check.modified().size(); ++m) {
+    double& sum = slot_sums_[check.modified()[m] * sum_count_ + i];
+    change += integrals[m * sum_count_ + i] - sum;
+    sum = integrals[m * sum_count_ + i];
   }
+  return change;
+}
+
+/// The changes by a collapse that has been made. What the mesh covers is its volume less what is outside of the domain;
+/// inside the mesh neither changes.
+void MeasuredRounds::record_squared_errors(const CollapseCheck& check, const std::vector<double>& integrals,
+                                           double volume_added) {
+  for (std::size_t f = 0; f < field_count_; ++f)
+    collapser_.records().squared_error.push_back(exchange_sums(check, f, integrals) * squared_scale_[f]);
+  const double uncovered = exchange_sums(check, field_count_, integrals) - volume_added;
+  collapser_.records().uncovered_volume.push_back(check.moves_boundary() ? uncovered : 0);
 }
 
 void MeasuredRounds::measure_made() {
@@ -202,9 +215,9 @@ void MeasuredRounds::measure_made() {
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, made.size(), 64), [&](const auto& range) {
     std::vector<double> errors(field_count_);
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const std::span<double> squared(slot_squared_.data() + made[i] * field_count_, field_count_);
+      const std::span<double> sums(slot_sums_.data() + made[i] * sum_count_, sum_count_);
       std::fill(errors.begin(), errors.end(), 0.0);
-      exact.measure(complex_.tet_of(complex_.slot(made[i])), workspaces.local(), errors, squared);
+      exact.measure(complex_.tet_of(complex_.slot(made[i])), workspaces.local(), errors, sums);
     }
   });
 }

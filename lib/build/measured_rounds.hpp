@@ -5,8 +5,9 @@
 //   collapse   those that are still among the best, one by one; the others are put back, at the cost that they have
 //              turned out to have
 //
-// Along with the mesh goes the integral of the squared error over every tet of it: the change of their sum is the
-// squared error of a record.
+// Along with the mesh go the integral of the squared error over every tet of it and the volume of it outside of the
+// domain: the changes of their sums are the squared error of a record and, with that of the mesh's volume, what it
+// uncovers.
 //
 // Source: Cignoni et al. 2000, sections 4.3 and 4.4, with exact errors in the place of those at vertices.
 #pragma once
@@ -38,7 +39,7 @@ public:
   /// What a mesh with the same collapses made by others does not tell.
   template <class Archive>
   void serialize(Archive& archive, unsigned /*version*/) {
-    serialize_sparse(archive, std::span(slot_squared_));
+    serialize_sparse(archive, std::span(slot_sums_));
   }
 
 private:
@@ -50,16 +51,19 @@ private:
   [[nodiscard]] float not_now() const;
   [[nodiscard]] std::vector<double> squared_in_star(const CollapseCheck& check) const;
   [[nodiscard]] CollapseStatus collapse(Vertex vs, std::uint32_t round, Verdict& verdict);
-  void record_squared_errors(const CollapseCheck& check, const std::vector<double>& integrals);
+  [[nodiscard]] double exchange_sums(const CollapseCheck& check, std::size_t i, const std::vector<double>& integrals);
+  void record_squared_errors(const CollapseCheck& check, const std::vector<double>& integrals, double volume_added);
 
   Collapser& collapser_;
   const WorkingComplex& complex_;
   Candidates& candidates_;
   BuildReport& report_;
   std::size_t field_count_;
-  std::vector<double> squared_scale_;  ///< by field
-  double vertex_volume_;               ///< of an average vertex
-  LargeVector<double> slot_squared_;   ///< slot x field: integral of the squared error
+  std::size_t sum_count_;             ///< of a slot: one a field, and the volume
+  std::vector<double> squared_scale_; ///< by field
+  double vertex_volume_;              ///< of an average vertex
+  /// Slot x (field, volume): integral of the squared error, and the volume outside of the domain.
+  LargeVector<double> slot_sums_;
   KnownOfVertices known_;              ///< where a measured half-edge was put back
   std::vector<std::uint32_t> claimed_; ///< by vertex: the last round in which its star was to change
 };

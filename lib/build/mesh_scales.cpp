@@ -8,14 +8,6 @@
 namespace ptet::build {
 namespace {
 
-double volume_of(const PreparedMesh& prepared, const Tet& tet) {
-  using namespace vec;
-  const auto from_first = [&](std::size_t i) {
-    return prepared.points[tet[i].index()] - prepared.points[tet[0].index()];
-  };
-  return std::abs(dot(from_first(1), cross(from_first(2), from_first(3)))) / 6;
-}
-
 /// By field, exact integrals over the tets; `volume`: of all.
 std::vector<double> deviations_of(const PreparedMesh& prepared, const NormalizedFields& fields, double volume) {
   if (!(volume > 0)) return std::vector<double>(fields.field_count(), 1.0);
@@ -53,6 +45,11 @@ std::vector<double> deviations_of(const PreparedMesh& prepared, const Normalized
 }
 
 } // namespace
+
+double volume_of(const PreparedMesh& prepared, const Tet& tet) {
+  const auto at = [&](std::size_t i) -> const Point& { return prepared.points[tet[i].index()]; };
+  return tet_volume({at(0), at(1), at(2), at(3)});
+}
 
 double volume_of(const PreparedMesh& prepared) {
   double volume = 0;

@@ -24,6 +24,7 @@ struct MeshScales {
   [[nodiscard]] double vertex_volume() const { return volume / std::max<double>(1, vertex_count); }
 };
 
+[[nodiscard]] double volume_of(const PreparedMesh& prepared, const Tet& tet);
 /// Of the original mesh.
 [[nodiscard]] double volume_of(const PreparedMesh& prepared);
 

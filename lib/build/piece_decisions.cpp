@@ -74,7 +74,8 @@ struct PieceDecisions::OfPiece {
   template <class Archive>
   void serialize(Archive& archive, unsigned /*version*/) {
     archive& identity& piece& records.removed& records.target& records.round& records.field_error& records
-        .outside_error& records.squared_error& walk& collapses& simulations& exact_evaluations;
+        .outside_error& records.squared_error& records
+        .uncovered_volume& walk& collapses& simulations& exact_evaluations;
   }
 };
 
@@ -159,8 +160,9 @@ PieceDecisions::OfPiece PieceDecisions::read(std::uint32_t piece, std::span<cons
     rounds += i == 0 || records.round[i] != records.round[i - 1] ? 1 : 0;
   if (records.target.size() != count || records.round.size() != count || !fits(records.field_error, true) ||
       !fits(records.outside_error, options_.evaluation == Evaluation::kExact) ||
-      !fits(records.squared_error, options_.prediction == Prediction::kExact) || decided.walk.size() != rounds ||
-      !std::is_sorted(records.round.begin(), records.round.end()))
+      !fits(records.squared_error, options_.prediction == Prediction::kExact) ||
+      records.uncovered_volume.size() != (options_.prediction == Prediction::kExact ? count : 0) ||
+      decided.walk.size() != rounds || !std::is_sorted(records.round.begin(), records.round.end()))
     throw Error(ErrorCode::kCorruptFile, "the " + place + " are damaged: their tables do not fit together");
   return decided;
 }

@@ -26,7 +26,7 @@ namespace ptet::build {
 
 /// Collapses that were decided in pieces of the mesh, in an order in which they can be made in it.
 struct Decisions {
-  /// What the pieces know: removed, target, round, field, outside and squared errors. The other tables are empty.
+  /// What the pieces know: removed, target, round, the errors of fields, what is uncovered. The other tables are empty.
   RecordStream records;
   std::vector<std::uint32_t> piece; ///< by record
   /// Of the rounds that have records, in their order: the most that one of their collapses might cost.

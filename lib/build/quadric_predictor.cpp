@@ -7,8 +7,7 @@ namespace ptet::build {
 namespace {
 
 double volume_of(const Slot& tet, const std::vector<Point>& positions) {
-  const Point& o = positions[tet.v[0]];
-  return std::abs(dot(positions[tet.v[1]] - o, cross(positions[tet.v[2]] - o, positions[tet.v[3]] - o))) / 6;
+  return tet_volume(corner_points(tet.v, positions));
 }
 
 } // namespace

@@ -26,7 +26,8 @@ std::string replay(const RecordStream& decided, Collapser& collapser, const Prog
   if (decided.target.size() != count || decided.round.size() != count || decided.domain_error.size() != count ||
       decided.field_error.size() != count * fields ||
       (!decided.outside_error.empty() && decided.outside_error.size() != count * fields) ||
-      (!decided.squared_error.empty() && decided.squared_error.size() != count * fields))
+      (!decided.squared_error.empty() && decided.squared_error.size() != count * fields) ||
+      (!decided.uncovered_volume.empty() && decided.uncovered_volume.size() != count))
     return "its tables differ in length";
   for (std::size_t i = 0; i < count; ++i) {
     tell("going on from the checkpoint", i, count, progress);
@@ -38,6 +39,7 @@ std::string replay(const RecordStream& decided, Collapser& collapser, const Prog
   records.field_error = decided.field_error;
   records.outside_error = decided.outside_error;
   records.squared_error = decided.squared_error;
+  records.uncovered_volume = decided.uncovered_volume;
   return {};
 }
 

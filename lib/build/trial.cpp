@@ -57,6 +57,7 @@ std::size_t Trial::find_known(std::uint32_t fine) const {
 
 bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squared, const std::vector<double>& limit) {
   const std::size_t fields = errors.size();
+  const std::size_t width = fields + 1;
   const Slot& fine = complex_.slot(slot);
   const auto take_in = [&](bool whole) {
     for (std::size_t f = 0; f < fields; ++f) {
@@ -69,11 +70,11 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
   if (known_ != nullptr) {
     at = find_known(fine.version);
     if (at < known_->keys.size()) {
-      const double* const values = &known_->values[2 * fields * at];
+      const double* const values = &known_->values[(fields + width) * at];
       measured_.assign(values, values + fields);
       // Beyond a limit a measurement ends with what it has seen by then, which is not known.
       if (std::equal(measured_.begin(), measured_.end(), limit.begin(), std::less_equal<>())) {
-        std::copy_n(values + fields, fields, squared);
+        std::copy_n(values + fields, width, squared);
         return take_in(true);
       }
     }
@@ -82,13 +83,13 @@ bool Trial::measure_slot(SlotId slot, std::vector<double>& errors, double* squar
   for (std::size_t i = 0; i < 4; ++i)
     version[i] = VertexId{fine.v[i] == check_.plan().vs ? check_.plan().vd : fine.v[i]};
   measured_.assign(fields, 0.0);
-  integrals_.assign(squared != nullptr ? fields : 0, 0.0);
+  integrals_.assign(squared != nullptr ? width : 0, 0.0);
   const bool whole = exact_->measure(version, *workspace_, measured_, integrals_, limit);
   if (whole) std::copy(integrals_.begin(), integrals_.end(), squared);
   if (known_ != nullptr && known_->takes_more && whole && at == known_->keys.size()) {
     known_->keys.push_back({fine.version, check_.plan().vd});
     known_->values.insert(known_->values.end(), measured_.begin(), measured_.end());
-    known_->values.insert(known_->values.end(), squared, squared + fields);
+    known_->values.insert(known_->values.end(), squared, squared + width);
   }
   return take_in(whole);
 }

@@ -31,7 +31,8 @@ public:
 
   /// Raises `errors` (one a field, fractions of the ranges) to the exact maxima over the coarse versions, with what
   /// rounding can hide of them, and puts the integrals of the squared error over them in `integrals`, unless that is
-  /// null: modified slot x field; what is missing is 0, and those of ghosts stay as they are. Gives up, returning
+  /// null, and behind those of the fields the volume outside of the domain: modified slot x (field, volume); what is
+  /// missing is 0, and those of ghosts stay as they are. Gives up, returning
   /// false, when an error passes its `limit` (one a field), or when `enough()`, which is asked after every version, is
   /// true. The order is that of the errors that were seen in the last simulation; the integrals of what has not been
   /// measured by then stay as they are: where it ends, and with what, does not depend on what is known. `known`: what
@@ -39,12 +40,13 @@ public:
   template <class Enough>
   [[nodiscard]] bool measure(std::vector<double>& errors, std::vector<double>* integrals,
                              const std::vector<double>& limit, Enough&& enough, KnownVersions* known = nullptr) {
-    if (integrals != nullptr) integrals->resize(check_.modified().size() * errors.size(), 0.0);
+    const std::size_t width = errors.size() + 1;
+    if (integrals != nullptr) integrals->resize(check_.modified().size() * width, 0.0);
     known_ = integrals != nullptr && !errors.empty() ? known : nullptr;
     if (known_ != nullptr) forget_gone();
     order_slots();
     for (const Next& next : order_) {
-      double* const squared = integrals != nullptr ? integrals->data() + next.index * errors.size() : nullptr;
+      double* const squared = integrals != nullptr ? integrals->data() + next.index * width : nullptr;
       if (!measure_slot(check_.modified()[next.index], errors, squared, limit) || enough()) return false;
     }
     return true;
@@ -59,7 +61,7 @@ private:
   void order_slots();
   void forget_gone();
   [[nodiscard]] std::size_t find_known(std::uint32_t fine) const;
-  /// `squared`: one a field; null: not wanted.
+  /// `squared`: one a field and one more; null: not wanted.
   bool measure_slot(SlotId slot, std::vector<double>& errors, double* squared, const std::vector<double>& limit);
 
   const WorkingComplex& complex_;

@@ -17,7 +17,7 @@ double mean_face_area(const WorkingComplex& complex, const std::vector<Point>& p
   std::size_t tets = 0;
   for (SlotId s = 0; s < complex.slot_count(); ++s)
     if (!complex.is_ghost(complex.slot(s))) {
-      volume += std::abs(determinant(corner_points(complex.slot(s).v, positions))) / 6;
+      volume += tet_volume(corner_points(complex.slot(s).v, positions));
       ++tets;
     }
   return volume > 0 ? std::pow(volume / static_cast<double>(tets), 2.0 / 3) : 1;
@@ -46,13 +46,7 @@ void WeightedSumPredictor::field_errors(Vertex vs, Vertex vd, std::span<double> 
 
 double WeightedSumPredictor::volume_term(Vertex vs, Vertex vd) const {
   if (!is_on_boundary(complex_, vs)) return 0;
-  double change = 0; // six times
-  for (const SlotId s : complex_.star(vs))
-    if (!complex_.is_ghost(complex_.slot(s))) change -= determinant(corner_points(complex_.slot(s).v, positions_));
-  for_each_modified_tet(complex_, vs, vd, [&](SlotId, const std::array<Vertex, 4>& corners) {
-    change += determinant(corner_points(corners, positions_));
-  });
-  return inverse_diagonal_ * std::abs(change) / 6 / face_area_;
+  return inverse_diagonal_ * std::abs(volume_added(complex_, positions_, vs, vd)) / face_area_;
 }
 
 double WeightedSumPredictor::edge_length_term(Vertex vs, Vertex vd) const {

@@ -126,6 +126,10 @@ double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t f
                                : error_at(extraction->extraction.field_error, extraction->governing, field);
 }
 
+double ptet_extraction_covered(const ptet_extraction* extraction) {
+  return extraction == nullptr ? kNotANumber : extraction->extraction.covered.value_or(kNotANumber);
+}
+
 double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field) {
   return extraction == nullptr ? kNotANumber : error_at(extraction->extraction.rms_error, extraction->governing, field);
 }

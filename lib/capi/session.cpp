@@ -14,6 +14,7 @@ struct ptet_session {
   Session session;
   GoverningPlaces governing;
   std::vector<double> field_error, rms_error; ///< of the last update
+  double covered;                             ///< likewise
   std::span<const BlockFailure> failures;     ///< likewise
 };
 // NOLINTEND(readability-identifier-naming)
@@ -66,7 +67,8 @@ ptet_status ptet_session_open(const ptet_dataset* dataset, ptet_session** sessio
   return guarded(error, [&] {
     (void)required(session, "where to put the session");
     const auto& data = required(dataset, "the dataset").data;
-    *session = std::make_unique<ptet_session>(ptet_session{Session(data), governing_places(data->info()), {}, {}, {}})
+    *session = std::make_unique<ptet_session>(
+                   ptet_session{Session(data), governing_places(data->info()), {}, {}, kNotANumber, {}})
                    .release();
   });
 }
@@ -84,6 +86,7 @@ ptet_status ptet_session_update(ptet_session* session, const ptet_request* reque
     const SessionUpdate& update = of.session.update(request == nullptr ? Request{} : request->request);
     of.field_error.assign(update.field_error.begin(), update.field_error.end());
     of.rms_error.assign(update.rms_error.begin(), update.rms_error.end());
+    of.covered = update.covered.value_or(kNotANumber);
     of.failures = update.failures;
     if (changes != nullptr) fill(changes, describe(update), "the changes");
   });
@@ -127,6 +130,10 @@ ptet_status ptet_session_get_field(const ptet_session* session, uint32_t field, 
 
 double ptet_session_field_error(const ptet_session* session, uint32_t field) {
   return session == nullptr ? kNotANumber : error_at(session->field_error, session->governing, field);
+}
+
+double ptet_session_covered(const ptet_session* session) {
+  return session == nullptr ? kNotANumber : session->covered;
 }
 
 double ptet_session_rms_error(const ptet_session* session, uint32_t field) {

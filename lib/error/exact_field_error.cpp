@@ -31,7 +31,10 @@ public:
     case VersionView::Shape::kSolid: break;
     }
     measure();
-    if (!view_.is_finite()) parts_.fail();
+    if (!view_.is_finite())
+      parts_.fail();
+    else
+      parts_.take_rest();
     return !parts_.beyond_limit();
   }
 

@@ -1,5 +1,6 @@
-// The exact field error of a version: the maximum of |Phi - phi_t| over t and the domain, and the integral of its
-// square there; Phi is the piecewise linear field of the original mesh, phi_t the linear field of tet t.
+// The exact field error of a version: the maximum of |Phi - phi_t| over t and the domain, the integral of its square
+// there, and the volume of t outside of the domain; Phi is the piecewise linear field of the original mesh, phi_t the
+// linear field of tet t.
 //
 // The original tets near t are clipped to it (measured_parts.hpp), from where t sees their vertices (version_view.hpp).
 //
@@ -62,10 +63,11 @@ public:
   /// each; of one too flat for twice a double's digits, all of them.
   void measure(const Tet& version, Workspace& workspace, std::span<double> errors) const;
 
-  /// The same, and adds to `squared` (one a field) the integrals of the squared error over `version` and the domain,
-  /// in squared units of the values times volume. Exact but for rounding, some 1e-15 of the integral over the original
-  /// tets that `version` meets. Cost: that of the errors alone.
-  /// Gives up, and returns false, when an error passes its `limit` (one a field): both are lower bounds then.
+  /// The same, and adds to `squared` (one a field and one more) the integrals of the squared error over `version` and
+  /// the domain, in squared units of the values times volume, and last the volume of `version` outside of the domain;
+  /// less than 0 where parts of the domain overlap. Exact but for rounding, some 1e-15 of the integral over the
+  /// original tets that `version` meets; up to kVolumeRounding of its volume counts as none. Cost: that of the errors
+  /// alone. Gives up, and returns false, when an error passes its `limit` (one a field): both are lower bounds then.
   bool measure(const Tet& version, Workspace& workspace, std::span<double> errors, std::span<double> squared,
                std::span<const double> limit) const;
   void measure(const Tet& version, Workspace& workspace, std::span<double> errors, std::span<double> squared) const;

@@ -83,7 +83,9 @@ bool MeasuredParts::carry(const Rows& rows, double volume) {
   if (common != 0) return false;
   Seen<N, Scalars> seen;
   const char* const ends_field = original_.ends_field.data();
+  double covered = 0;
   if (cutting == 0) {
+    covered = volume;
     seen.add(d, volume, ends_field);
   } else {
     std::array<ClipCorner<N>, 4> corners;
@@ -93,7 +95,6 @@ bool MeasuredParts::carry(const Rows& rows, double volume) {
       std::copy_n(d[k], N, corners[k].carried.begin());
     }
     bool any = false;
-    double covered = 0;
     auto use = [&](const ClipCorners<N>& piece, double part) {
       any = true;
       covered += part;
@@ -103,6 +104,7 @@ bool MeasuredParts::carry(const Rows& rows, double volume) {
     TetClip<N, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
     if (only_touches(covered, volume)) return any;
   }
+  covered_ += covered;
   std::array<double, 4> corner_sq{};
   double integral = 0;
   for (std::size_t c = 0; c < N; ++c) {
@@ -159,6 +161,7 @@ bool MeasuredParts::weigh(const Rows& rows, double volume) {
   };
   TetClip<4, decltype(use)>(use).part_of({&corners[0], &corners[1], &corners[2], &corners[3]}, volume, 0xF);
   if (only_touches(covered, volume)) return any;
+  covered_ += covered;
   std::array<double, 4> corner_sq{};
   for (std::size_t c = 0; c < channels; ++c) {
     for (std::size_t k = 0; k < 4; ++k)
@@ -181,6 +184,12 @@ void MeasuredParts::take_in_values(std::uint32_t v, std::uint32_t w) {
     raise_error(field, norm_sq * original_.scale_sq[field]);
     norm_sq = 0;
   }
+}
+
+void MeasuredParts::take_rest() {
+  if (squared_.empty()) return;
+  const double volume = view_.determinant() / 6;
+  if (const double rest = volume - covered_; std::abs(rest) > kVolumeRounding * volume) squared_.back() += rest;
 }
 
 /// Whether a part of an original tet has no volume but what rounding gave it. What touches from outside, as across a

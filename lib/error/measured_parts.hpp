@@ -1,5 +1,5 @@
-// What is measured on the parts of original tets in one version: the greatest error of each field, and the integral of
-// its square.
+// What is measured on the parts of original tets in one version: the greatest error of each field, the integral of its
+// square, and what is left of the version.
 //
 // On the part of the version in one original tet the difference is linear, so its norm is greatest at a vertex of that
 // part. The original tet is clipped to the version, plane by plane, into tets whose volumes are products of ratios in
@@ -27,8 +27,8 @@ class MeasuredParts {
 public:
   using Rows = std::array<std::uint32_t, 4>; ///< of the corners of an original tet
 
-  /// Raises `errors` and adds to `squared` (one a field each; the latter empty: not wanted). `limit` (one a field)
-  /// empty: none. `view` has begun the version, and both must outlive the object.
+  /// Raises `errors` (one a field) and adds to `squared` (one a field and one more; empty: not wanted). `limit` (one a
+  /// field) empty: none. `original` and `view` must outlive the object.
   MeasuredParts(const OriginalCells& original, const VersionView& view, std::span<double> errors,
                 std::span<double> squared, std::span<const double> limit)
       : original_(original), view_(view), errors_(errors), squared_(squared), limit_(limit) {}
@@ -38,6 +38,9 @@ public:
   bool take_in(const Rows& rows, double volume);
   /// Takes in, as if it were an error, how far the values at two vertices are apart.
   void take_in_values(std::uint32_t v, std::uint32_t w);
+  /// When all parts have been taken in: the volume of the version that is in none of them goes to the last of
+  /// `squared`.
+  void take_rest();
   /// What cannot be computed is as bad as can be.
   void fail() {
     std::fill(errors_.begin(), errors_.end(), INFINITY);
@@ -61,6 +64,7 @@ private:
   std::span<double> squared_;
   std::span<const double> limit_;
   bool beyond_limit_ = false;
+  double covered_ = 0;                     ///< volume of the parts
   std::vector<double> seen_sq_, integral_; ///< by field: of one tet
 };
 

@@ -24,10 +24,6 @@ int sign_of(const std::array<Point, 4>& tet) {
   return orientation(tet[0], tet[1], tet[2], tet[3]);
 }
 
-double volume_of(const std::array<Point, 4>& tet) {
-  return std::abs(dot(tet[1] - tet[0], cross(tet[2] - tet[0], tet[3] - tet[0]))) / 6;
-}
-
 /// The least height over the longest edge.
 double flatness_of(const std::array<Point, 4>& tet) {
   double longest = 0, largest_face = 0;
@@ -37,7 +33,7 @@ double flatness_of(const std::array<Point, 4>& tet) {
     const Point &a = tet[(i + 1) % 4], &b = tet[(i + 2) % 4], &c = tet[(i + 3) % 4];
     largest_face = std::max(largest_face, norm(cross(b - a, c - a)) / 2);
   }
-  return 3 * volume_of(tet) / (largest_face * longest);
+  return 3 * tet_volume(tet) / (largest_face * longest);
 }
 
 std::vector<BoundingBox> boxes_of(const ComparedMesh& mesh, const std::vector<int>& sign) {
@@ -205,14 +201,14 @@ MeshComparison::MeshComparison(const ComparedMesh& original, const ComparedMesh&
   scale_values();
   original_tet_volume_.resize(original.tets.size());
   for (std::size_t t = 0; t < original.tets.size(); ++t) {
-    original_tet_volume_[t] = original_sign_[t] == 0 ? 0 : volume_of(corners_of(original, t));
+    original_tet_volume_[t] = original_sign_[t] == 0 ? 0 : tet_volume(corners_of(original, t));
     original_volume_ += original_tet_volume_[t];
   }
   simplified_sliver_.resize(simplified.tets.size());
   for (std::size_t t = 0; t < simplified.tets.size(); ++t) {
     if (simplified_sign_[t] == 0) continue;
     const std::array<Point, 4> corners = corners_of(simplified, t);
-    simplified_volume_ += volume_of(corners);
+    simplified_volume_ += tet_volume(corners);
     simplified_sliver_[t] = !(flatness_of(corners) > kSliver);
   }
 }

@@ -12,6 +12,8 @@ inline constexpr double kValueRounding = 1e-13;
 inline constexpr double kShapeRounding = 0x1p-49;
 /// Distances up to this fraction of the mesh's diagonal are rounding.
 inline constexpr double kDistanceRounding = 1e-12;
+/// What is left of a tet's volume, or of those around a vertex, is nothing up to this part of it.
+inline constexpr double kVolumeRounding = 1e-12;
 /// A measured error may be off by this fraction of it.
 inline constexpr double kErrorSlack = 1e-9;
 

@@ -39,7 +39,9 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
     if (array.governing) info.max_field_error.push_back(decode_error(most[info.max_field_error.size()], array.range));
   }
   info.max_domain_error = decode_error(most.back(), header.diagonal);
-  info.base_rms_error = rms_error(hierarchy, std::vector<char>(header.record_count, 0));
+  MeanErrors mean = mean_errors(hierarchy, std::vector<char>(header.record_count, 0), info.max_field_error);
+  info.base_rms_error = std::move(mean.rms_error);
+  info.base_covered = mean.covered;
   info.provenance_json = to_json(hierarchy.manifest());
   return info;
 }

@@ -220,11 +220,11 @@ SquaredErrorSum& SquaredErrorSum::operator+=(const SquaredErrorSum& other) {
   return *this;
 }
 
-double SquaredErrorSum::root(double range) const {
+double SquaredErrorSum::upper() const {
   // However the sum was gathered, each number went through fewer additions than there are numbers: that bounds
   // rounding.
   const double slack = magnitude_ * (static_cast<double>(count_) * std::numeric_limits<double>::epsilon());
-  return range * std::sqrt(std::max(0.0, sum_ + slack));
+  return std::max(0.0, sum_ + slack);
 }
 
 // Each collapse that is not undone contributes what it raised the integral by. Of a block without a record in the cut
@@ -245,21 +245,36 @@ void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& app
   }
   for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r)
     for (std::size_t i = 0; i < sums.size() && applied[r] == 0; ++i)
-      sums[i].add(decode_squared_error(codes[r * sums.size() + i]));
+      sums[i].add(file::decode_sum(hierarchy.header(), i, codes[r * sums.size() + i]));
 }
 
-std::vector<double> rms_error(const Hierarchy& hierarchy, const std::vector<char>& applied) {
+// Both sums are upper bounds, so the part that is covered is a lower one, and their quotient an upper one again. Where
+// little is covered that may be more than the largest error, which no mean is above.
+void set_mean_errors(const Hierarchy& hierarchy, std::span<const SquaredErrorSum> sums,
+                     const std::vector<double>& field_error, MeanErrors& mean) {
+  const double covered = std::max(0.0, 1 - sums.back().upper());
+  mean.covered = covered;
+  mean.rms_error.clear();
+  for (const file::ArrayInfo& array : hierarchy.header().arrays) {
+    if (!array.governing) continue;
+    const std::size_t i = mean.rms_error.size();
+    const double rms = covered > 0 ? array.range * std::sqrt(sums[i].upper() / covered) : field_error[i];
+    mean.rms_error.push_back(std::min(rms, field_error[i]));
+  }
+}
+
+MeanErrors mean_errors(const Hierarchy& hierarchy, const std::vector<char>& applied,
+                       const std::vector<double>& field_error) {
   if (!hierarchy.header().has_squared_errors) return {};
-  std::vector<SquaredErrorSum> totals(hierarchy.errors_per_record() - std::size_t{1}), sums(totals.size());
+  std::vector<SquaredErrorSum> totals(hierarchy.errors_per_record()), sums(totals.size());
   for (std::size_t b = 0; b < hierarchy.blocks().size(); ++b) {
     sum_squared_errors(hierarchy, applied, b, sums);
     for (std::size_t i = 0; i < sums.size(); ++i)
       totals[i] += sums[i];
   }
-  std::vector<double> result;
-  for (const file::ArrayInfo& array : hierarchy.header().arrays)
-    if (array.governing) result.push_back(totals[result.size()].root(array.range));
-  return result;
+  MeanErrors mean;
+  set_mean_errors(hierarchy, totals, field_error, mean);
+  return mean;
 }
 
 Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, const ResolvedRequest& request) {
@@ -286,7 +301,9 @@ Extraction extract_cut(const Hierarchy& hierarchy, const Cut& cut, const Resolve
   const std::vector<ErrorCode16> achieved = achieved_codes(hierarchy, cut);
   for (const file::ArrayInfo& array : hierarchy.header().arrays)
     if (array.governing) result.field_error.push_back(decode_error(achieved[result.field_error.size()], array.range));
-  result.rms_error = rms_error(hierarchy, cut.applied);
+  MeanErrors mean = mean_errors(hierarchy, cut.applied, result.field_error);
+  result.rms_error = std::move(mean.rms_error);
+  result.covered = mean.covered;
   result.domain_error = decode_error(achieved.back(), hierarchy.header().diagonal);
   return result;
 }

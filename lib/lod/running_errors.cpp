@@ -9,8 +9,8 @@ RunningErrors::RunningErrors(const Hierarchy& hierarchy)
     : hierarchy_(hierarchy), codes_(hierarchy.errors_per_record()),
       is_changed_(hierarchy.header().record_count / kRecordsNoted + std::size_t{1}, 0),
       known_(hierarchy.blocks().size(), kUnknown), most_(hierarchy.blocks().size() * codes_),
-      squared_(hierarchy.header().has_squared_errors ? hierarchy.blocks().size() * (codes_ - 1) : 0),
-      field_error_(codes_ - 1), rms_error_(hierarchy.header().has_squared_errors ? codes_ - 1 : 0) {}
+      squared_(hierarchy.header().has_squared_errors ? hierarchy.blocks().size() * codes_ : 0), sums_(codes_),
+      field_error_(codes_ - 1) {}
 
 // note() does not look up the block of a record, which would take longer than the split itself; so blocks are matched
 // here with the runs of kRecordsNoted records.
@@ -38,7 +38,6 @@ void RunningErrors::measure(std::size_t b, const std::vector<char>& applied) {
 }
 
 void RunningErrors::update(const std::vector<char>& applied, const BlockSet& read) {
-  const std::size_t fields = codes_ - 1;
   const bool has_squares = !squared_.empty();
   forget_changed();
   for (std::size_t b = 0; b < known_.size(); ++b) {
@@ -46,21 +45,21 @@ void RunningErrors::update(const std::vector<char>& applied, const BlockSet& rea
     const char known = is_loaded ? kMeasured : kNotLoaded; // of the latter no record is applied
     if (std::exchange(known_[b], known) == known) continue;
     if (is_loaded) measure(b, applied);
-    if (has_squares) sum_squared_errors(hierarchy_, applied, b, {squared_.data() + b * fields, fields});
+    if (has_squares) sum_squared_errors(hierarchy_, applied, b, {squared_.data() + b * codes_, codes_});
   }
   std::size_t i = 0;
   for (const file::ArrayInfo& array : hierarchy_.header().arrays) {
     if (!array.governing) continue;
     field_error_[i] = decode_error(largest(i, applied, read), array.range);
-    if (has_squares) {
-      SquaredErrorSum sum;
-      for (std::size_t b = 0; b < known_.size(); ++b)
-        sum += squared_[b * fields + i];
-      rms_error_[i] = sum.root(array.range);
-    }
     ++i;
   }
   domain_error_ = decode_error(largest(i, applied, read), hierarchy_.header().diagonal);
+  if (!has_squares) return;
+  std::fill(sums_.begin(), sums_.end(), SquaredErrorSum{});
+  for (std::size_t b = 0; b < known_.size(); ++b)
+    for (std::size_t j = 0; j < codes_; ++j)
+      sums_[j] += squared_[b * codes_ + j];
+  set_mean_errors(hierarchy_, sums_, field_error_, mean_);
 }
 
 // Of a block that was not read all records count, of the others those on the frontier. The block with the largest error

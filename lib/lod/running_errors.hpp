@@ -8,6 +8,7 @@
 #include "lod/extraction.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace ptet {
@@ -24,7 +25,8 @@ public:
 
   // See Extraction.
   [[nodiscard]] const std::vector<double>& field_error() const { return field_error_; }
-  [[nodiscard]] const std::vector<double>& rms_error() const { return rms_error_; }
+  [[nodiscard]] const std::vector<double>& rms_error() const { return mean_.rms_error; }
+  [[nodiscard]] std::optional<double> covered() const { return mean_.covered; }
   [[nodiscard]] double domain_error() const { return domain_error_; }
 
 private:
@@ -40,8 +42,10 @@ private:
   std::vector<char> is_changed_;         ///< by kRecordsNoted records
   std::vector<char> known_;              ///< by block: whether the two below are those of the cut
   std::vector<ErrorCode16> most_;        ///< by block and code: largest own error of the records not in the cut
-  std::vector<SquaredErrorSum> squared_; ///< by block and field
-  std::vector<double> field_error_, rms_error_;
+  std::vector<SquaredErrorSum> squared_; ///< by block and what is summed up
+  std::vector<SquaredErrorSum> sums_;    ///< over all blocks
+  std::vector<double> field_error_;
+  MeanErrors mean_;
   double domain_error_ = 0;
 };
 

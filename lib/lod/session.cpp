@@ -220,6 +220,7 @@ private:
     result_.vertices = mesh_->vertex_count();
     result_.field_error = errors_->field_error();
     result_.rms_error = errors_->rms_error();
+    result_.covered = errors_->covered();
     result_.domain_error = errors_->domain_error();
     failures_.clear();
     const bool is_all_there = std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0;

@@ -12,6 +12,9 @@ constexpr unsigned kCodesPerOctave = 16;
 constexpr int kFirstExponent = -80;
 constexpr unsigned kSquaredCodesPerOctave = 8;
 constexpr int kFirstSquaredExponent = -200;
+constexpr int kSquaredCodeOfOne = -kFirstSquaredExponent * static_cast<int>(kSquaredCodesPerOctave);
+/// From the least uncovered volume to that which as many records as there may be would make the whole of: 2^8.
+constexpr int kUncoveredCodesBelow = 8 * static_cast<int>(kSquaredCodesPerOctave);
 
 // 2^(k/16), k = 0..15, to the nearest double: written out because std::exp2 may differ from machine to machine.
 constexpr std::array<double, kCodesPerOctave> kFraction = {
@@ -22,6 +25,20 @@ constexpr std::array<double, kCodesPerOctave> kFraction = {
 
 double power_of_two(int exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
+}
+
+/// The least code from -greatest to `greatest` that is enough; the greatest if none is.
+template <class IsEnough>
+SquaredErrorCode least_code(int greatest, IsEnough&& is_enough) {
+  int least = -greatest, most = greatest;
+  while (least < most) {
+    const int middle = least + (most - least) / 2;
+    if (is_enough(static_cast<SquaredErrorCode>(middle)))
+      most = middle;
+    else
+      least = middle + 1;
+  }
+  return static_cast<SquaredErrorCode>(least);
 }
 
 } // namespace
@@ -44,15 +61,26 @@ double decode_squared_error(SquaredErrorCode code) {
 }
 
 SquaredErrorCode encode_squared_error(double fraction) {
-  int least = -kMaxSquaredErrorCode, most = kMaxSquaredErrorCode;
-  while (least < most) {
-    const int middle = least + (most - least) / 2;
-    if (decode_squared_error(static_cast<SquaredErrorCode>(middle)) >= fraction)
-      most = middle;
-    else
-      least = middle + 1;
-  }
-  return static_cast<SquaredErrorCode>(least);
+  return least_code(kMaxSquaredErrorCode,
+                    [&](SquaredErrorCode code) { return decode_squared_error(code) >= fraction; });
+}
+
+int uncovered_code_of_all(std::uint32_t records) {
+  return kUncoveredCodesBelow + static_cast<int>(kSquaredCodesPerOctave) * std::bit_width(records) + 1;
+}
+
+int greatest_uncovered_code(std::uint32_t records) {
+  return uncovered_code_of_all(records) + kMaxSquaredErrorCode - kSquaredCodeOfOne;
+}
+
+double decode_uncovered(SquaredErrorCode code, std::uint32_t records) {
+  const int shift = kSquaredCodeOfOne - uncovered_code_of_all(records);
+  return decode_squared_error(static_cast<SquaredErrorCode>(code == 0 ? 0 : code > 0 ? code + shift : code - shift));
+}
+
+SquaredErrorCode encode_uncovered(double fraction, std::uint32_t records) {
+  return least_code(greatest_uncovered_code(records),
+                    [&](SquaredErrorCode code) { return decode_uncovered(code, records) >= fraction; });
 }
 
 ErrorCode16 encode_error(double error, double scale) {

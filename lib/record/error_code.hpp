@@ -6,6 +6,11 @@
 // Squared errors have a sign, and codes of the same step in the error itself:
 //
 //   code c in 1..2047  2^((c - 1600) / 8), code -c the same below 0, code 0 exactly 0
+//
+// What records uncover of the volume, too, in steps that begin at a part of it that is small by their number:
+//
+//   code c in 1..512 + 8 b  2^((c - 65) / 8 - b), code -c the same below 0, code 0 exactly 0; b bits say the number of
+//                           records: rounded up to code 1 all together come to no more than 2^-8
 #pragma once
 
 #include <cstdint>
@@ -29,5 +34,12 @@ inline constexpr SquaredErrorCode kMaxSquaredErrorCode = 2047;
 [[nodiscard]] SquaredErrorCode encode_squared_error(double fraction);
 /// The value that a code stands for; grows with `code`, the same on every machine.
 [[nodiscard]] double decode_squared_error(SquaredErrorCode code);
+
+/// The code of the whole volume, and the greatest there is, where there are `records` records.
+[[nodiscard]] int uncovered_code_of_all(std::uint32_t records);
+[[nodiscard]] int greatest_uncovered_code(std::uint32_t records);
+/// As for squared errors.
+[[nodiscard]] SquaredErrorCode encode_uncovered(double fraction, std::uint32_t records);
+[[nodiscard]] double decode_uncovered(SquaredErrorCode code, std::uint32_t records);
 
 } // namespace ptet

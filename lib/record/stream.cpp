@@ -19,7 +19,8 @@ std::string check_counts(const RecordStream& s) {
   if (s.target.size() != n || s.round.size() != n || s.modified_count.size() != n || s.coarse_begin.size() != n ||
       s.domain_error.size() != n || s.field_error.size() != n * s.fields.size() || s.fine_begin.size() != n + 1 ||
       (!s.outside_error.empty() && s.outside_error.size() != n * s.fields.size()) ||
-      (!s.squared_error.empty() && s.squared_error.size() != n * s.fields.size()) || s.also_needs_begin.size() != n + 1)
+      (!s.squared_error.empty() && s.squared_error.size() != n * s.fields.size()) ||
+      (!s.uncovered_volume.empty() && s.uncovered_volume.size() != n) || s.also_needs_begin.size() != n + 1)
     return "the tables of the records differ in length";
   if (s.fine_begin.front() != 0 || s.fine_begin.back() != s.fine.size())
     return "the offsets of the fine versions do not span their table";
@@ -98,6 +99,8 @@ std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
   for (std::size_t f = 0; f < s.fields.size() && !s.squared_error.empty(); ++f)
     if (!std::isfinite(s.squared_error[i * s.fields.size() + f]))
       return "its change of the squared error is not a finite number";
+  if (!s.uncovered_volume.empty() && !std::isfinite(s.uncovered_volume[i]))
+    return "its change of the uncovered volume is not a finite number";
   if (s.also_needs_begin[i] > s.also_needs_begin[i + 1] || s.also_needs_begin[i + 1] > s.also_needs.size())
     return "the offsets of the other records it needs decrease";
   std::size_t before = i;
@@ -119,6 +122,7 @@ void RecordStream::append_errors(const RecordStream& other, std::size_t record, 
   append(other.field_error, field_error);
   append(other.outside_error, outside_error);
   append(other.squared_error, squared_error);
+  if (!other.uncovered_volume.empty()) uncovered_volume.push_back(other.uncovered_volume[record]);
 }
 
 std::string RecordStream::validate() const {

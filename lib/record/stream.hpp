@@ -66,6 +66,10 @@ struct RecordStream {
   /// squares of its range times mesh units cubed; may be negative. The integral of a cut is the sum over the records
   /// whose splits it has not applied. Empty when it was not measured.
   std::vector<double> squared_error;
+  /// By how much the collapse raised the volume of that part of the domain which the mesh does not cover, in mesh units
+  /// cubed: 0 where no boundary face moved; may be negative. Summed up over a cut as squared_error is, and empty when
+  /// that was not measured.
+  std::vector<double> uncovered_volume;
   /// size()+1 offsets into `also_needs`.
   std::vector<std::uint64_t> also_needs_begin{0};
   /// Later records whose splits must be applied before that of the record, besides those that consumed its coarse
@@ -79,16 +83,18 @@ struct RecordStream {
   [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
     return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
   }
-  /// Appends the field errors and the squared errors of record `record` of `other`, which has the same fields: so many
-  /// as `field_count`.
+  /// Appends the field errors, the squared errors and the uncovered volume of record `record` of `other`, which has the
+  /// same fields: so many as `field_count`.
   void append_errors(const RecordStream& other, std::size_t record, std::size_t field_count);
   /// Of a record and a field, inside and outside.
   [[nodiscard]] double largest_error(std::size_t record, std::size_t field) const {
     const std::size_t i = record * fields.size() + field;
     return outside_error.empty() ? field_error[i] : std::max(field_error[i], outside_error[i]);
   }
-  /// Whether squared errors are known, and so the mean square error of every cut.
-  [[nodiscard]] bool has_squared_errors() const { return volume > 0 && squared_error.size() == size() * fields.size(); }
+  /// Whether squared errors are known, and so the mean square error of every cut over what it covers.
+  [[nodiscard]] bool has_squared_errors() const {
+    return volume > 0 && squared_error.size() == size() * fields.size() && uncovered_volume.size() == size();
+  }
   [[nodiscard]] std::span<const std::uint32_t> others_needed(std::size_t record) const {
     return {also_needs.data() + also_needs_begin[record], also_needs.data() + also_needs_begin[record + 1]};
   }

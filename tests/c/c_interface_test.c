@@ -655,6 +655,7 @@ static void test_whole_extraction(const ptet_dataset* dataset) {
   CHECK(ptet_extraction_tets(NULL) == NULL && ptet_extraction_boundary_faces(NULL) == NULL);
   CHECK(ptet_extraction_vertices_in_file(NULL) == NULL && ptet_extraction_made_by(NULL) == NULL);
   CHECK(isnan(ptet_extraction_field_error(NULL, 0)) && isnan(ptet_extraction_rms_error(NULL, 0)));
+  CHECK(isnan(ptet_extraction_covered(NULL)));
   ptet_extraction_free(whole);
   ptet_extraction_free(NULL);
 }
@@ -742,6 +743,7 @@ static void test_requests(const ptet_dataset* dataset) {
   CHECK(ptet_extraction_field_error(extraction, 0) <= 0.2 * field.range);
   CHECK(ptet_extraction_rms_error(extraction, 0) > 0);
   CHECK(ptet_extraction_rms_error(extraction, 0) < ptet_extraction_field_error(extraction, 0));
+  CHECK(ptet_extraction_covered(extraction) > 0.5 && ptet_extraction_covered(extraction) <= 1);
   SUCCEEDS(ptet_request_add_field_error(request, NULL, 0.02 * field.range, 0, &error)); /* of both, the tighter holds */
   EXTRACT();
   CHECK(info.tets > tets_at_fifth);
@@ -855,6 +857,7 @@ static void check_session(const ptet_dataset* dataset, const ptet_session* sessi
     CHECK(ptet_session_rms_error(session, f) == ptet_extraction_rms_error(fresh, f));
     CHECK(ptet_extraction_field_error(own, f) == ptet_extraction_field_error(fresh, f));
   }
+  CHECK(ptet_session_covered(session) == ptet_extraction_covered(fresh));
   CHECK(isnan(ptet_session_field_error(session, 2)));
 
   /* The slots' tets were made by the records that made the extraction's. */
@@ -916,6 +919,7 @@ static void test_sessions(const ptet_dataset* dataset) {
   SUCCEEDS(ptet_session_open(dataset, &session, &error));
   REQUIRE(session != NULL);
   CHECK(isnan(ptet_session_field_error(session, 0)) && isnan(ptet_session_rms_error(session, 0)));
+  CHECK(isnan(ptet_session_covered(session)));
   ptet_request* request = ptet_request_new();
   ptet_session_changes changes = {.struct_size = sizeof changes};
   uint32_t* copy = malloc((TETS + 1000) * 4 * sizeof *copy);
@@ -981,6 +985,7 @@ static void test_sessions(const ptet_dataset* dataset) {
   FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_dataset_get_origin_values(dataset, &no_such, 1, 0, 0, NULL, &error));
   FAILS(PTET_BAD_ARGUMENT, "dataset is NULL", ptet_dataset_get_origin_values(NULL, &no_such, 1, 0, 0, &value, &error));
   CHECK(isnan(ptet_session_field_error(NULL, 0)) && isnan(ptet_session_rms_error(NULL, 0)));
+  CHECK(isnan(ptet_session_covered(NULL)));
   ptet_session_free(session);
   ptet_session_free(NULL);
   ptet_request_free(request);

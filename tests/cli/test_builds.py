@@ -308,21 +308,37 @@ class Measure(Case):
             self.assertGreaterEqual(bounds["upper"], 0.25 - 1e-12)
             self.assertLessEqual(bounds["upper"], 1.0101 * bounds["lower"])
 
-    def test_rms_over_the_original(self):
-        """The RMS that a file states is over the original's volume, that of the overlap is larger."""
-        self.cube("fine.vtu", 4, self.quadratic)
-        self.cube("shifted.vtu", 4, self.quadratic, origin=(0.375, 0.0, 0.0))
-        report = self.json("measure", "fine.vtu", "shifted.vtu", "--field", "q")
-        self.assertAlmostEqual(report["overlap"]["volume"], 0.625, delta=1e-12)
-        inside = report["inside"]["fields"]["q"]
-        self.assertGreater(inside["rms"], 0)
-        for key in ["rms", "rms_percent"]:
-            over_original = inside[key.replace("rms", "rms_over_original")]
-            self.assertAlmostEqual(over_original, 0.625 ** 0.5 * inside[key], delta=1e-12)
-        text = self.ptet("measure", "fine.vtu", "shifted.vtu", "--field", "q").stdout
-        self.assertIn("over the volume of the original", text)
-        text = self.ptet("measure", "fine.vtu", "fine.vtu", "--field", "q").stdout
-        self.assertNotIn("over the volume of the original", text)
+    def test_rms_and_volume_of_what_is_covered(self):
+        """A ball loses volume. What is stated of what is left is what `measure` finds, which looks at meshes alone."""
+        points, tets = meshes.grid(10)
+        centred = [[2 * x - 1 for x in p] for p in points]
+        points = [[x * max(map(abs, p)) / max(math.dist(p, (0, 0, 0)), 1e-9) for x in p] for p in centred]
+        meshes.vtu(self.folder / "ball.vtu", points, tets, self.quadratic(points))
+        self.ptet("build", "ball.vtu", "-o", "ball.ptet")
+        info = self.json("info", "ball.ptet")
+        least = 1.0
+        for request in (["--vertices", "1"], ["--vertices", "120"], ["--vertices", "50%"], ["--field-error", "2%"],
+                        ["--vertices", "30", "--focus", "sphere:0.9,0,0,0.3"]):
+            with self.subTest(request):
+                achieved = self.json("extract", "ball.ptet", "-o", "part.vtu", *request)["achieved"]
+                report = self.json("measure", "ball.vtu", "part.vtu")
+                covered = report["overlap"]["volume"] / report["original"]["volume"]
+                self.assertLessEqual(achieved["covered"], covered + 1e-9)
+                self.assertGreaterEqual(achieved["covered"], covered - 0.1 * (1 - covered) - 0.005)
+                least = min(least, covered)
+                for name, found in report["inside"]["fields"].items():
+                    self.assertGreaterEqual(achieved["rms_error"][name], found["rms"] * (1 - 1e-6))
+                    self.assertLessEqual(achieved["rms_error"][name], 1.1 * found["rms"])
+        self.assertLess(least, 0.95)
+        base = self.json("extract", "ball.ptet", "--vertices", "1")["achieved"]
+        self.assertEqual(info["base_covered"], base["covered"])
+        self.assertIn("of the volume uncovered by the base", self.ptet("info", "ball.ptet").stdout)
+        self.assertIn("of the volume uncovered", self.ptet("extract", "ball.ptet", "--vertices", "1").stdout)
+        whole = self.ptet("extract", "ball.ptet")
+        self.assertNotIn("uncovered", whole.stdout)
+        self.assertEqual(self.json("extract", "ball.ptet")["achieved"]["covered"], 1)
+        self.ptet("build", "ball.vtu", "-o", "seen.ptet", "--method", "QN", "--evaluate", "vertices")
+        self.assertIsNone(self.json("extract", "seen.ptet", "--vertices", "50")["achieved"]["covered"])
 
     def test_what_reading_made_of_the_files_is_said(self):
         pieces = pathlib.Path(__file__).resolve().parents[1] / "fixtures" / "two_pieces.pvtu"

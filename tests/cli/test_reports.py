@@ -159,7 +159,7 @@ class Reports(Case):
         for field, bound in asked["field_error"].items():
             self.assertLessEqual(achieved["field_error"][field], bound)
         self.assertLessEqual(achieved["domain_error"], asked["domain_error"])
-        self.assertEqual(set(achieved), {"field_error", "domain_error", "errors_are_bounds", "rms_error"})
+        self.assertEqual(set(achieved), {"field_error", "domain_error", "errors_are_bounds", "rms_error", "covered"})
         self.assertLess(report["vertices"], 729)
 
     def test_budgets(self):

@@ -233,7 +233,7 @@ TEST_CASE("sums of squared errors that are not those of the records are refused"
   const Bytes bytes = sample_file(grid({{4, 4, 4}, {}, 2, 1}));
   const auto with = [&](const std::function<void(std::vector<double>&)>& change) {
     return try_to_read(with_row(bytes, 0, [&](file::BlockInfo& info) {
-      REQUIRE(info.squared_error.size() == 2);
+      REQUIRE(info.squared_error.size() == 3);
       change(info.squared_error);
     }));
   };
@@ -241,4 +241,6 @@ TEST_CASE("sums of squared errors that are not those of the records are refused"
   CHECK(with([](std::vector<double>& sums) { sums[1] *= 1 + 0x1p-50; }) == Outcome::kRead);
   CHECK(with([](std::vector<double>& sums) { sums[0] += 1 + std::fabs(sums[0]); }) == Outcome::kRefused);
   CHECK(with([](std::vector<double>& sums) { sums[1] -= 1 + std::fabs(sums[1]); }) == Outcome::kRefused);
+  CHECK(with([](std::vector<double>& sums) { sums[2] += 0.01; }) == Outcome::kRefused);
+  CHECK(with([](std::vector<double>& sums) { sums[2] -= 0.01; }) == Outcome::kRefused);
 }

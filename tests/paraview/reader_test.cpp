@@ -158,6 +158,7 @@ void check_same(vtkUnstructuredGrid& grid, const Extraction& expected, const Dat
     ++governing;
   }
   CHECK(scalar(grid, "domain error") == expected.domain_error);
+  if (expected.covered) CHECK(scalar(grid, "covered") == Approx(*expected.covered).epsilon(1e-9));
   CHECK(limited_by(grid) == name_of(expected.limited_by));
   CHECK(scalar(grid, "complete") == 1);
   CHECK(scalar(grid, "tets of the original") == static_cast<double>(info.tets));

@@ -444,6 +444,7 @@ TEST_CASE("dependencies and squared errors are the same on any number of threads
   CHECK(one.also_needs == four.also_needs);
   CHECK(one.also_needs_begin == four.also_needs_begin);
   CHECK(one.squared_error == four.squared_error);
+  CHECK(one.uncovered_volume == four.uncovered_volume);
 }
 
 #ifdef PTET_TEST_WITH_VTK

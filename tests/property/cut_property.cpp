@@ -423,8 +423,21 @@ TEST_CASE("the mean square error of any cut is the sum over the collapses that a
     const std::size_t fields = sample.stream.fields.size();
     REQUIRE(fields == 2);
     RandomRequests random(used->info(), 79);
-    const auto check_rms = [&](const std::vector<double>& rms, const std::vector<char>& applied) {
+    const double volume = sample.stream.volume;
+    const auto check_rms = [&](const std::vector<double>& rms, std::optional<double> covered,
+                               const std::vector<double>& largest, const std::vector<char>& applied) {
       REQUIRE(rms.size() == fields);
+      REQUIRE(covered);
+      double uncovered = 0, at_most = 0;
+      for (std::size_t i = 0; i < applied.size(); ++i) {
+        if (applied[i] != 0) continue;
+        const double part = sample.stream.uncovered_volume[i] / volume;
+        uncovered += part;
+        at_most +=
+            part + std::max(0.0906 * std::fabs(part), part > 0 ? 0x1p-8 / static_cast<double>(applied.size()) : 0);
+      }
+      CHECK(*covered <= std::max(0.0, 1 - uncovered) + 1e-12);
+      CHECK(*covered >= std::max(0.0, 1 - at_most) - 1e-12);
       for (std::size_t f = 0; f < fields; ++f) {
         double sum = 0, coarsely_rounded = 0;
         for (std::size_t i = 0; i < applied.size(); ++i) {
@@ -433,21 +446,27 @@ TEST_CASE("the mean square error of any cut is the sum over the collapses that a
           sum += squared;
           coarsely_rounded += squared + 0.0906 * std::fabs(squared);
         }
-        const double mean = rms[f] * rms[f] * sample.stream.volume;
-        CHECK(mean >= sum * (1 - 1e-12));
-        CHECK(mean <= std::max(0.0, coarsely_rounded) * (1 + 1e-12));
+        CHECK(rms[f] <= largest[f]);
+        const double integral = rms[f] * rms[f] * volume * *covered;
+        CHECK(integral <= std::max(0.0, coarsely_rounded) * (1 + 1e-12));
+        if (rms[f] < largest[f]) CHECK(integral >= sum * (1 - 1e-12));
       }
     };
-    check_rms(used->info().base_rms_error, std::vector<char>(sample.stream.size(), 0));
+    const DatasetInfo& info = used->info();
+    check_rms(info.base_rms_error, info.base_covered, info.max_field_error, std::vector<char>(sample.stream.size(), 0));
     CHECK(used->extract({}).rms_error == std::vector<double>{0, 0});
+    CHECK(used->extract({}).covered == 1.0);
     std::size_t partial = 0;
     for (int i = 0; i < 50; ++i) {
       INFO(sample.name << ", request " << i);
       Request request = random.request();
       const Extraction extraction = sample.open()->extract(request);
-      check_rms(extraction.rms_error, applied_in(sample, extraction));
+      check_rms(extraction.rms_error, extraction.covered, extraction.field_error, applied_in(sample, extraction));
       request.origins = true;
-      CHECK(used->extract(request).rms_error == extraction.rms_error);
+      const Extraction again = used->extract(request);
+      CHECK(again.covered == extraction.covered);
+      for (std::size_t f = 0; f < fields; ++f)
+        CHECK(again.rms_error[f] == std::min(extraction.rms_error[f], again.field_error[f]));
       partial += extraction.limited_by != LimitedBy::kNothing && extraction.rms_error[0] > 0 ? 1 : 0;
     }
     CHECK(partial > 10);

@@ -129,7 +129,8 @@ bool same_bytes(const RecordStream& a, const RecordStream& b) {
          same_bytes(a.modified_count, b.modified_count) && same_bytes(a.coarse_begin, b.coarse_begin) &&
          same_bytes(a.field_error, b.field_error) && same_bytes(a.outside_error, b.outside_error) &&
          same_bytes(a.domain_error, b.domain_error) && same_bytes(a.squared_error, b.squared_error) &&
-         same_bytes(a.also_needs_begin, b.also_needs_begin) && same_bytes(a.also_needs, b.also_needs);
+         same_bytes(a.uncovered_volume, b.uncovered_volume) && same_bytes(a.also_needs_begin, b.also_needs_begin) &&
+         same_bytes(a.also_needs, b.also_needs);
 }
 
 bool same_collapses(const RecordStream& a, const RecordStream& b) {
@@ -372,6 +373,9 @@ TEST_CASE("errors measured while collapsing are those of the finished records", 
     CHECK(wrong == 0);
     for (std::size_t i = 0; i < again.squared_error.size(); ++i)
       wrong += std::abs(again.squared_error[i] - built.stream.squared_error[i]) > 1e-9 * sum_again[i % k] ? 1 : 0;
+    REQUIRE(again.uncovered_volume.size() == again.size());
+    for (std::size_t i = 0; i < again.size(); ++i)
+      wrong += std::abs(again.uncovered_volume[i] - built.stream.uncovered_volume[i]) > 1e-9 * again.volume ? 1 : 0;
     CHECK(wrong == 0);
     for (std::size_t f = 0; f < k; ++f) {
       CHECK(sum[f] == Approx(sum_again[f]).epsilon(1e-9));

@@ -157,9 +157,10 @@ void check_squared_error(const Built& built) {
     for (const Tet& original : built.prepared.mesh.tets)
       for (std::size_t t = 0; t < base.tets.size(); ++t)
         if (base.tet_maker[t] != test::CutMesh::kOriginal)
-          for (const double part :
-               test::squared_difference(built.prepared.points, built.prepared.mesh.point_arrays[stream.fields[f].array],
-                                        original, base.tets[t]))
+          for (const double part : test::integrals_over_overlap(
+                                       built.prepared.points, built.prepared.mesh.point_arrays[stream.fields[f].array],
+                                       original, base.tets[t])
+                                       .squared)
             integral += part;
     CHECK(stated == Approx(integral).epsilon(1e-6));
   }

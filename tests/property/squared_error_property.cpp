@@ -1,6 +1,7 @@
 // Integrals of the squared error against ones found by clipping every original tet with every version, and the sums
 // over records that make the mean square error of a cut.
 #include "build/builder.hpp"
+#include "build/mesh_scales.hpp"
 #include "error/exact_field_error.hpp"
 #include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
@@ -34,9 +35,12 @@ bool is_ghost(const Tet& tet) {
   return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
 }
 
-/// Integrals of the squared error of pressure and flow over `version` and the domain.
-std::array<double, 2> brute_force(const PreparedMesh& prepared, const Tet& version) {
-  std::array<double, 2> integral{};
+using Sums = std::array<double, 3>;
+
+/// Integrals of the squared error of pressure and flow over `version` and the domain, and the volume of `version` that
+/// is outside.
+Sums brute_force(const PreparedMesh& prepared, const Tet& version) {
+  Sums integral{0, 0, build::volume_of(prepared, version)};
   const auto lies_apart = [&](const Tet& tet) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto span = [&](const Tet& t) {
@@ -51,9 +55,12 @@ std::array<double, 2> brute_force(const PreparedMesh& prepared, const Tet& versi
   };
   for (const Tet& tet : prepared.mesh.tets) {
     if (lies_apart(tet)) continue;
-    for (const std::size_t f : {0U, 1U})
-      for (const double x : test::squared_difference(prepared.points, prepared.mesh.point_arrays[f], tet, version))
+    for (const std::size_t f : {0U, 1U}) {
+      const auto found = test::integrals_over_overlap(prepared.points, prepared.mesh.point_arrays[f], tet, version);
+      for (const double x : found.squared)
         integral[f] += x;
+      if (f == 0) integral[2] -= found.volume;
+    }
   }
   return integral;
 }
@@ -62,6 +69,7 @@ std::array<double, 2> brute_force(const PreparedMesh& prepared, const Tet& versi
 
 TEST_CASE("the integral over any version, also one that leaves the domain") {
   std::mt19937 random(3);
+  int outside = 0;
   for (const test::NamedMesh& named : test::sample_meshes(5)) {
     INFO(named.name);
     const PreparedMesh prepared = prepare(named.mesh);
@@ -77,7 +85,8 @@ TEST_CASE("the integral over any version, also one that leaves the domain") {
       const int sign = test::orientation(at(0), at(1), at(2), at(3));
       if (sign == 0) continue;
       if (sign < 0) std::swap(version[2], version[3]);
-      std::array<double, 2> errors{}, errors_alone{}, squared{};
+      std::array<double, 2> errors{}, errors_alone{};
+      Sums squared{};
       exact.measure(version, workspace, errors, squared);
       exact.measure(version, workspace, errors_alone);
       for (std::size_t f = 0; f < 2; ++f)
@@ -85,14 +94,19 @@ TEST_CASE("the integral over any version, also one that leaves the domain") {
       const auto expected = brute_force(prepared, version);
       for (const std::size_t f : {0U, 1U})
         CHECK(squared[f] == Approx(expected[f]).epsilon(1e-10).margin(1e-12));
+      const double volume = build::volume_of(prepared, version);
+      CHECK(std::abs(squared[2] - expected[2]) <= 1e-10 * volume);
       largest_integral = std::max(largest_integral, squared[0]);
+      outside += squared[2] > 0.01 * volume ? 1 : 0;
     }
     CHECK(largest_integral > 10);
   }
+  CHECK(outside > 20);
 }
 
 TEST_CASE("the squared errors of the records that are not split add up to that of the cut") {
   std::mt19937 random(11);
+  double most_uncovered = 0;
   for (const test::NamedMesh& named : test::sample_meshes(6)) {
     if (named.name == "cube" || named.name == "l-shape" || named.name == "cavity") continue;
     INFO(named.name);
@@ -110,15 +124,17 @@ TEST_CASE("the squared errors of the records that are not split add up to that o
     const std::vector<double> values = channels_of(prepared.mesh);
     const ExactFieldError exact(prepared, {values, 4, kFieldOf});
     ExactFieldError::Workspace workspace(exact);
-    std::map<Tet, std::array<double, 2>> integral_of;
+    std::map<Tet, Sums> integral_of;
     std::size_t wrong = 0;
     for (std::size_t t = records.original_tet_count + records.original_ghost_count; t < records.versions.size(); ++t) {
       if (is_ghost(records.versions[t])) continue;
       const auto expected = integral_of[records.versions[t]] = brute_force(prepared, records.versions[t]);
-      std::array<double, 2> errors{}, squared{};
+      std::array<double, 2> errors{};
+      Sums squared{};
       exact.measure(records.versions[t], workspace, errors, squared);
       for (std::size_t f = 0; f < 2; ++f)
         wrong += static_cast<std::size_t>(squared[f] != Approx(expected[f]).epsilon(1e-10).margin(1e-12));
+      wrong += std::abs(squared[2] - expected[2]) > 1e-10 * records.volume ? 1 : 0;
     }
     CHECK(wrong == 0);
 
@@ -131,17 +147,28 @@ TEST_CASE("the squared errors of the records that are not split add up to that o
         split = static_cast<char>(one_in != 0 && random() % one_in == 0);
       test::close_cut(records, is_split);
       std::array<double, 2> stated{}, expected{};
-      for (std::size_t r = 0; r < records.size(); ++r)
-        for (std::size_t f = 0; f < 2 && !is_split[r]; ++f)
+      double uncovered = 0, covered = 0;
+      for (std::size_t r = 0; r < records.size(); ++r) {
+        if (is_split[r]) continue;
+        for (std::size_t f = 0; f < 2; ++f)
           stated[f] += records.squared_error[2 * r + f];
+        uncovered += records.uncovered_volume[r];
+      }
       const test::CutMesh cut = test::cut_mesh(records, is_split);
-      for (std::size_t t = 0; t < cut.tets.size(); ++t)
-        for (std::size_t f = 0; f < 2 && cut.tet_maker[t] != test::CutMesh::kOriginal; ++f)
+      for (std::size_t t = 0; t < cut.tets.size(); ++t) {
+        covered += build::volume_of(prepared, cut.tets[t]);
+        if (cut.tet_maker[t] == test::CutMesh::kOriginal) continue;
+        for (std::size_t f = 0; f < 2; ++f)
           expected[f] += integral_of.at(cut.tets[t])[f];
+        covered -= integral_of.at(cut.tets[t])[2];
+      }
+      CHECK(std::abs(uncovered - (records.volume - covered)) <= 1e-9 * records.volume);
+      most_uncovered = std::max(most_uncovered, uncovered / records.volume);
       for (std::size_t f = 0; f < 2; ++f) {
         CHECK(std::abs(stated[f] - expected[f]) <= 1e-9 * of_base[f]);
         if (one_in == 0) CHECK(stated[f] > 0);
       }
     }
   }
+  CHECK(most_uncovered > 0.05);
 }

@@ -39,6 +39,7 @@ class Extract(unittest.TestCase):
                     self.assertGreater(worst, 0)
                     self.assertLessEqual(worst, cut.field_error[name] + 1e-6)
                     self.assertLessEqual(cut.rms_error[name], cut.field_error[name])
+                self.assertTrue(0.5 < cut.covered <= 1)
 
     def test_what_is_asked_is_kept(self):
         info = self.data.info

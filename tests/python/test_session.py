@@ -59,6 +59,7 @@ class Session(unittest.TestCase):
                 self.assertEqual((update.tets, update.vertices), (tets, vertices))
                 self.assertEqual(update.field_error, cut.field_error)
                 self.assertEqual(update.rms_error.keys(), cut.rms_error.keys())
+                self.assertEqual(update.covered, cut.covered)
                 self.assertEqual(update.limited_by, cut.limited_by)
                 self.check_same(session, cut)
                 np.testing.assert_array_equal(session.extraction().tets, cut.tets)

@@ -128,12 +128,13 @@ class PtetFile:
 
     def place_contexts(self):
         """[Contexts]"""
-        self.c, self.columns, at, g = SimpleNamespace(), [], 0, self.governing
-        self.codes = k = g + 1
+        self.c, self.columns, at = SimpleNamespace(), [], 0
+        self.codes = k = self.governing + 1
+        self.sums = k * self.squared
         for name, count in dict(
                 source=256, index=320, fine=64, fine_rest=128, corner=8, more_seeds=1, growth=2048, same=192, columns=0,
-                own_zero=4 * k, own=520 * k, above_zero=4 * k, above=128 * k, squared_zero=4 * g * self.squared,
-                squared_negative=6 * g * self.squared, squared=260 * g * self.squared, order=1024).items():
+                own_zero=4 * k, own=520 * k, above_zero=4 * k, above=128 * k, squared_zero=4 * self.sums,
+                squared_negative=6 * self.sums, squared=260 * self.sums, order=1024).items():
             setattr(self.c, name, at)
             at += count
             for array in [self, *self.arrays] if name == "columns" else []:
@@ -156,7 +157,7 @@ class PtetFile:
             block.box = [self.grid[i % 3][place] for i, place in enumerate(places)]
             block.max_error = list(data.get(f"{self.codes}H"))
             *block.max_own, block.max_order = data.get(f"{self.codes}HH")
-            block.squared = data.get(f"{self.governing * self.squared}d")
+            block.squared = data.get(f"{self.sums}d")
             require(finite_box(block.box) and max(block.max_error) <= 2047 and block.max_order <= 767
                     and all(own <= most for own, most in zip(block.max_own, block.max_error))
                     and all(abs(x) <= 2.0**68 for x in block.squared), "a number of the table")
@@ -241,7 +242,7 @@ class PtetFile:
         block.coder, block.homes = RangeDecoder(bytes(data.left), self.sections["model"]), homes
         block.recent, block.last_index, block.last_rank = [*range(len(homes) + 1)], [0] * (len(homes) + 1), 0
         block.last_own, block.own_zero, block.above_zero = [1280] * self.codes, [0] * self.codes, [0] * self.codes
-        block.last_sign = [0] * self.governing
+        block.last_sign = [0] * self.codes
         block.drift, block.last_code = ([[start] * 2 for _ in range(self.governing)] for start in (-960, 800))
         return runs
 
@@ -259,11 +260,15 @@ class PtetFile:
         require(block.max_error == [max(codes) for codes in zip(*(record.monotone for record in records))]
                 and block.max_own == [max(codes) for codes in zip(*(record.own for record in records))]
                 and block.max_order == max(record.order for record in records), "a largest code of the table")
-        fraction = lambda code: math.copysign(2.0**((abs(code) - 1600) / 8), code) if code else 0.0
         for i, stated in enumerate(block.squared):
-            least, most = ([fraction(record.squared[i] - less) for record in records] for less in (1, 0))
+            least, most = ([self.fraction(i, record.squared[i] - less) for record in records] for less in (1, 0))
             slack = total(max(abs(a), abs(b)) for a, b in zip(least, most)) * 2.0**-40
             require(total(least) - slack <= stated <= total(most) + slack, "a squared error of the table")
+
+    def fraction(self, i, code):
+        """[Squared errors]"""
+        whole = 1600 if i < self.governing else 65 + 8 * self.record_count.bit_length()
+        return math.copysign(2.0**((abs(code) - whole) / 8), code) if code else 0.0
 
     def decode(self, block, r, generation):
         """[A record]"""
@@ -467,7 +472,22 @@ class PtetFile:
                 else:
                     drift[s] += truncated(16 * clamp(magnitude - estimate, -4096, 4096) - drift[s], 8)
                 block.last_sign[i], codes[i] = 1 + s, -magnitude if s else magnitude
-        return codes
+        none, sign, block.last_sign[-1], i = int(record.own[-1] == 0), block.last_sign[-1], 0, self.governing
+        if coder.bit(c.squared_zero + 4 * i + 2 * none + (sign == 0)):
+            return [*codes, 0]
+        u, lost = self.point(record.target), 0.0
+        for t in record.made:
+            for apex in [] if self.w in self.corners[t] else [at] if record.target in self.corners[t] else [at, u]:
+                a, b, d = (minus(self.point(x), apex) for x in self.corners[t][1:])
+                lost += (1 if apex is at else -1) * abs(dot(cross(a, b), d))
+        grows = int(not lost > 0)
+        s = coder.bit(c.squared_negative + 6 * i + 3 * none + 1 + grows)
+        bits = self.record_count.bit_length()
+        expected = clamp(level(abs(lost)) - level(6 * self.volume) + 65 + 8 * bits, 1, 512 + 8 * bits)
+        magnitude = coder.near(c.squared + (4 * i + 2 * grows + s) * 65, expected)
+        require(1 <= magnitude <= 512 + 8 * bits, "an uncovered volume")
+        block.last_sign[-1] = 1 + s
+        return [*codes, -magnitude if s else magnitude]
 
     def input_order(self):
         """[Input order]"""

@@ -206,8 +206,8 @@ double interpolation_error(const PointArray& field, VertexId v, const Tet& corne
   return std::sqrt(sum_sq);
 }
 
-std::vector<double> squared_difference(const std::vector<Point>& points, const PointArray& field, const Tet& original,
-                                       const Tet& version) {
+OverlapIntegrals integrals_over_overlap(const std::vector<Point>& points, const PointArray& field, const Tet& original,
+                                        const Tet& version) {
   using Corners = std::array<Point, 4>;
   using Polygon = std::vector<Point>;
   const auto at = [&](const Tet& tet) {
@@ -251,7 +251,7 @@ std::vector<double> squared_difference(const std::vector<Point>& points, const P
       if (!is_repeated && !polygon.empty()) polygons.push_back(std::move(polygon));
     }
 
-  std::vector<double> integral(field.components, 0);
+  OverlapIntegrals found{std::vector<double>(field.components, 0)};
   Point centre{};
   std::size_t count = 0;
   for (const Polygon& polygon : polygons)
@@ -275,6 +275,7 @@ std::vector<double> squared_difference(const std::vector<Point>& points, const P
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       const Corners cone = {centre, polygon[0], polygon[i - 1], polygon[i]};
       const double volume = std::abs(determinant(cone[0], cone[1], cone[2], cone[3])) / 6;
+      found.volume += volume;
       for (std::uint32_t c = 0; c < field.components; ++c) {
         double sum = 0;
         double sum_sq = 0;
@@ -283,10 +284,10 @@ std::vector<double> squared_difference(const std::vector<Point>& points, const P
           sum += d;
           sum_sq += d * d;
         }
-        integral[c] += volume / 20 * (sum * sum + sum_sq);
+        found.squared[c] += volume / 20 * (sum * sum + sum_sq);
       }
     }
-  return integral;
+  return found;
 }
 
 } // namespace ptet::test

@@ -63,9 +63,13 @@ inline constexpr double kTouching = -1e-9;
 [[nodiscard]] double interpolation_error(const PointArray& field, VertexId v, const Tet& corner,
                                          const std::array<double, 4>& weight);
 
-/// The integral of |original field - field of `version`|^2 over the part of a tet of the mesh in `version`: cones over
-/// the faces of each that lie in the other. By component; neither tet is flat.
-[[nodiscard]] std::vector<double> squared_difference(const std::vector<Point>& points, const PointArray& field,
-                                                     const Tet& original, const Tet& version);
+/// Over the part of a tet of the mesh in another: cones over the faces of each that lie in the other.
+struct OverlapIntegrals {
+  std::vector<double> squared; ///< of |original field - field of `version`|^2, by component
+  double volume = 0;
+};
+/// Neither tet is flat.
+[[nodiscard]] OverlapIntegrals integrals_over_overlap(const std::vector<Point>& points, const PointArray& field,
+                                                      const Tet& original, const Tet& version);
 
 } // namespace ptet::test

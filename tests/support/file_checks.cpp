@@ -99,7 +99,7 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
                   const file::Content& content) {
   std::size_t below = 0, far_above = 0;
   const std::size_t fields = records.fields.size();
-  REQUIRE(content.squared_error.size() == records.squared_error.size());
+  REQUIRE(content.squared_error.size() == records.squared_error.size() + records.uncovered_volume.size());
   REQUIRE(header.has_squared_errors == records.has_squared_errors());
   CHECK(header.volume == records.volume);
   const auto compare_squared = [&](double squared, SquaredErrorCode code, double range) {
@@ -122,7 +122,7 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
         if (records.fields[f].array != a) continue;
         if (!records.squared_error.empty())
           compare_squared(records.squared_error[i * fields + f],
-                          content.squared_error[in_file[i].index() * fields + place], header.arrays[a].range);
+                          content.squared_error[in_file[i].index() * (fields + 1) + place], header.arrays[a].range);
         below += decode_error(content.monotone[static_cast<std::size_t>(codes - content.own.data()) + place],
                               header.arrays[a].range) < records.largest_error(i, f)
                      ? 1
@@ -131,6 +131,15 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
       }
     }
     compare(records.domain_error[i], codes[place], header.diagonal);
+    if (records.uncovered_volume.empty()) continue;
+    const double uncovered = records.uncovered_volume[i];
+    const auto code = content.squared_error[in_file[i].index() * (fields + 1) + fields];
+    const double read = file::decode_sum(header, fields, code) * records.volume;
+    const double ulps = 1e-14 * std::fabs(uncovered),
+                 least = records.volume / 256 / static_cast<double>(records.size());
+    below += read < uncovered - ulps ? 1 : 0;
+    far_above +=
+        read > std::max(uncovered > 0 ? uncovered * 1.0906 : uncovered / 1.0906, uncovered + least) + ulps ? 1 : 0;
   }
   CHECK(below == 0);
   CHECK(far_above == 0);

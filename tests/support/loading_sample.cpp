@@ -92,7 +92,7 @@ const LoadingSample& sample() {
 bool same_mesh(const Extraction& a, const Extraction& b) {
   return a.mesh.tets == b.mesh.tets && a.vertex_in_file == b.vertex_in_file && a.mesh.positions == b.mesh.positions &&
          a.mesh.point_arrays == b.mesh.point_arrays && a.field_error == b.field_error &&
-         a.domain_error == b.domain_error && a.rms_error == b.rms_error;
+         a.domain_error == b.domain_error && a.rms_error == b.rms_error && a.covered == b.covered;
 }
 
 std::vector<char> left_without(const std::set<std::uint32_t>& lost) {

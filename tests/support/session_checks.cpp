@@ -133,7 +133,7 @@ std::string differing_extraction(const Extraction& mine, const Extraction& fresh
   if (mine.boundary_faces != fresh.boundary_faces) return "boundary faces of the extraction";
   if (mine.vertex_in_file != fresh.vertex_in_file) return "vertices of the extraction";
   if (mine.made_by != fresh.made_by) return "origins of the extraction";
-  if (mine.field_error != fresh.field_error || mine.rms_error != fresh.rms_error ||
+  if (mine.field_error != fresh.field_error || mine.rms_error != fresh.rms_error || mine.covered != fresh.covered ||
       mine.domain_error != fresh.domain_error || mine.limited_by != fresh.limited_by)
     return "errors of the extraction";
   const auto same_parts = [](const auto& a, const auto& b) {
@@ -169,6 +169,7 @@ std::string difference(const Session& session, const SessionUpdate& update, cons
     return "field errors";
   if (!std::equal(update.rms_error.begin(), update.rms_error.end(), fresh.rms_error.begin(), fresh.rms_error.end()))
     return "RMS errors";
+  if (update.covered != fresh.covered) return "what is covered";
   if (update.domain_error != fresh.domain_error) return "domain error";
   if (update.limited_by != fresh.limited_by) return "what limited it";
   if (!update.complete) return "it is not complete";

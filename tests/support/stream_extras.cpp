@@ -26,6 +26,7 @@ void add_random_squared_errors(RecordStream& stream, unsigned seed) {
   const auto uniform = [&] { return static_cast<double>(random() % 1000001) / 1e6; };
   if (!(stream.volume > 0)) stream.volume = 1 + 10 * uniform();
   stream.squared_error.clear();
+  stream.uncovered_volume.clear();
   for (std::size_t i = 0; i < stream.field_error.size(); ++i) {
     const double range = stream.fields[i % stream.fields.size()].range;
     double value = stream.field_error[i] * stream.field_error[i] * stream.volume * std::exp2(-3 - 10 * uniform());
@@ -34,6 +35,8 @@ void add_random_squared_errors(RecordStream& stream, unsigned seed) {
     if (random() % 50 == 0) value = range * range * stream.volume * std::exp2(20 - 100 * uniform());
     stream.squared_error.push_back(range > 0 ? value : 0);
   }
+  for (const double error : stream.domain_error)
+    stream.uncovered_volume.push_back(error > 0 ? stream.volume * std::exp2(-5 - 20 * uniform()) : 0);
 }
 
 } // namespace ptet::test

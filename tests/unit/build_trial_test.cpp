@@ -35,7 +35,8 @@ struct Tried {
 
   struct Errors {
     double at_vertices, maximum, squared;
-    std::vector<double> integrals;
+    std::vector<double> integrals; ///< modified slot x (field, volume outside)
+    double outside = 0;
   };
   /// Of the first field, as fractions of its range.
   Errors errors(Vertex vs, Vertex vd) {
@@ -46,8 +47,10 @@ struct Tried {
     const std::vector<double> no_limit(errors.size(), std::numeric_limits<double>::infinity());
     REQUIRE(trial.measure(errors, &result.integrals, no_limit, [] { return false; }));
     result.maximum = errors[0];
-    for (std::size_t i = 0; i < result.integrals.size(); i += seen.size())
+    for (std::size_t i = 0; i < result.integrals.size(); i += seen.size() + 1) {
       result.squared += result.integrals[i];
+      result.outside += result.integrals[i + seen.size()];
+    }
     // Without integrals: the same.
     std::vector<double> alone(seen.begin(), seen.end());
     REQUIRE(trial.measure(alone, nullptr, no_limit, [] { return false; }));
@@ -120,6 +123,7 @@ TEST_CASE("trial: a quadratic field on a regularly refined box, of which vertice
   CHECK(errors.at_vertices == 0);
   CHECK(errors.maximum == Approx(0.5 / 2).epsilon(1e-8));
   CHECK(errors.squared > 0);
+  CHECK(errors.outside == 0);
 }
 
 TEST_CASE("trial: maxima and integrals against brute force", "[build][trial]") {
@@ -134,11 +138,12 @@ TEST_CASE("trial: maxima and integrals against brute force", "[build][trial]") {
       if (tried.trial.examine(vs, vd) != CollapseStatus::kAccepted) continue;
       const auto errors = tried.errors(vs, vd);
       const auto modified = tried.trial.check().modified();
-      REQUIRE(errors.integrals.size() == modified.size());
+      REQUIRE(errors.integrals.size() == 2 * modified.size());
+      if (!tried.trial.check().moves_boundary()) CHECK(errors.outside == 0);
       double largest = 0;
       for (std::size_t m = 0; m < modified.size(); ++m) {
         if (scene.complex.is_ghost(scene.complex.slot(modified[m]))) {
-          CHECK(errors.integrals[m] == 0);
+          CHECK(errors.integrals[2 * m] == 0);
           continue;
         }
         Tet version;
@@ -150,7 +155,7 @@ TEST_CASE("trial: maxima and integrals against brute force", "[build][trial]") {
         }
         double squared = 0;
         for (const Tet& original : scene.prepared.mesh.tets) {
-          squared += ptet::test::squared_difference(scene.points(), field, original, version)[0];
+          squared += ptet::test::integrals_over_overlap(scene.points(), field, original, version).squared[0];
           // Points of a lattice in every original tet.
           for (int a = 0; a <= 6; ++a)
             for (int b = 0; a + b <= 6; ++b)
@@ -170,7 +175,7 @@ TEST_CASE("trial: maxima and integrals against brute force", "[build][trial]") {
                 largest = std::max(largest, std::abs(value) / range);
               }
         }
-        CHECK(errors.integrals[m] == Approx(squared / (range * range)).epsilon(1e-9).margin(1e-9));
+        CHECK(errors.integrals[2 * m] == Approx(squared / (range * range)).epsilon(1e-9).margin(1e-9));
       }
       CHECK(largest <= errors.maximum + 1e-9);
       if (!tried.trial.check().moves_boundary()) CHECK(errors.maximum <= 1.25 * largest + 1e-9);
@@ -196,7 +201,7 @@ TEST_CASE("trial: it gives up when told so, with what it has seen", "[build][tri
   const std::vector<double> no_limit(1, std::numeric_limits<double>::infinity());
   CHECK_FALSE(tried.trial.measure(errors, &integrals, no_limit, [&] { return ++asked == 2; }));
   CHECK(asked == 2);
-  CHECK(integrals.size() == tried.trial.check().modified().size());
+  CHECK(integrals.size() == 2 * tried.trial.check().modified().size());
   CHECK(std::count_if(integrals.begin(), integrals.end(), [](double x) { return x > 0; }) == 2);
   // Errors only rise.
   std::vector<double> raised = {17.0};

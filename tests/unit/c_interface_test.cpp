@@ -25,6 +25,8 @@ const std::vector<std::byte>& file_bytes() {
     records.volume = 50;
     records.squared_error.assign(records.field_error.size(), 0);
     records.squared_error[0] = 8;
+    records.uncovered_volume.assign(records.size(), 0);
+    records.uncovered_volume[0] = 5;
     return file::encode(mesh, records, {"1.2.3", "in.vtu", "", {}, {}});
   }();
   return bytes;
@@ -94,6 +96,7 @@ void check_equal(const ptet_extraction* c, const Extraction& cpp, const DatasetI
       CHECK(std::isnan(ptet_extraction_field_error(c, f)));
     }
   }
+  CHECK(ptet_extraction_covered(c) == cpp.covered.value());
   check_equal(ptet_extraction_tets(c), cpp.mesh.tets);
   check_equal(ptet_extraction_boundary_faces(c), cpp.boundary_faces);
   check_equal(ptet_extraction_vertices_in_file(c), cpp.vertex_in_file);

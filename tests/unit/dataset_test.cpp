@@ -112,12 +112,16 @@ TEST_CASE("dataset: what it says of itself") {
 TEST_CASE("dataset: RMS errors are given where they were measured, and only there") {
   CHECK(dataset()->info().base_rms_error.empty());
   CHECK(dataset()->extract({}).rms_error.empty());
+  CHECK_FALSE(dataset()->info().base_covered);
+  CHECK_FALSE(dataset()->extract({}).covered);
 
   RecordStream records = test::simplify_naively(mesh());
   records.volume = 50;
   records.squared_error.assign(records.field_error.size(), 0);
-  const auto exact = Dataset::open_memory(file::encode(mesh(), records, {}));
-  CHECK(exact->info().base_rms_error == std::vector<double>{0, 0});
+  records.uncovered_volume.assign(records.size(), 0);
+  const auto base_of = [&] { return Dataset::open_memory(file::encode(mesh(), records, {}))->info(); };
+  CHECK(base_of().base_rms_error == std::vector<double>{0, 0});
+  CHECK(base_of().base_covered == 1.0);
 
   // One collapse raises the integral of the first field by 8, another lowers it by 6.
   records.squared_error[0] = 8;
@@ -127,6 +131,20 @@ TEST_CASE("dataset: RMS errors are given where they were measured, and only ther
   CHECK(opened->info().base_rms_error[0] == Approx(0.2).epsilon(1e-12));
   CHECK(opened->info().base_rms_error[1] == 0);
   CHECK(opened->extract({}).rms_error == std::vector<double>{0, 0});
+  CHECK(opened->extract({}).covered == 1.0);
+
+  // And of the volume, 50, one uncovers 26, another covers 1 again.
+  records.uncovered_volume[0] = 26;
+  records.uncovered_volume[3] = -1;
+  CHECK(*base_of().base_covered == Approx(0.5).epsilon(1e-12));
+  CHECK(base_of().base_rms_error[0] == Approx(std::sqrt(2.0 / 25)).epsilon(1e-12));
+  // No mean is above the largest error, whatever little is covered, or nothing.
+  const double largest = base_of().max_field_error[0];
+  for (const double uncovered : {51 - 1e-9, 52.0}) {
+    records.uncovered_volume[0] = uncovered;
+    CHECK(base_of().base_rms_error[0] == largest);
+    CHECK(*base_of().base_covered == Approx(0).margin(1e-10));
+  }
 }
 
 TEST_CASE("dataset: requests that make no sense are refused, by name") {

@@ -57,6 +57,35 @@ TEST_CASE("squared error codes: rounded up on either side of zero, eight an octa
   }
 }
 
+TEST_CASE("codes of uncovered volumes: rounded up in the same steps, from a part on that is small for all records") {
+  const double step = std::exp2(1.0 / 8);
+  for (const std::uint32_t records : {1U, 2U, 3U, 255U, 256U, 100000U, 0x7FFFFFFFU}) {
+    const auto decode = [&](int code) { return decode_uncovered(static_cast<SquaredErrorCode>(code), records); };
+    const int greatest = greatest_uncovered_code(records);
+    CHECK(encode_uncovered(0, records) == 0);
+    CHECK(decode(0) == 0);
+    CHECK(decode(uncovered_code_of_all(records)) == 1);
+    CHECK(decode(1) * records <= 0x1p-8);
+    CHECK(decode(1) * 2 * records > 0x1p-9);
+    CHECK(decode(greatest) == decode_squared_error(kMaxSquaredErrorCode));
+    for (double value = decode(1); value < 0x1p55; value *= 1.61) {
+      const double above = decode(encode_uncovered(value, records)), below = decode(encode_uncovered(-value, records));
+      CHECK(above >= value);
+      CHECK(above <= value * step * 1.0001);
+      CHECK(below >= -value);
+      CHECK(below <= -value / step * 0.9999);
+    }
+    CHECK(encode_uncovered(decode(1) / 1000, records) == 1);
+    CHECK(encode_uncovered(-decode(1) / 1.001, records) == 0);
+    CHECK(encode_uncovered(INFINITY, records) == greatest);
+    CHECK(encode_uncovered(-INFINITY, records) == -greatest);
+    for (int code = -greatest; code <= greatest; ++code) {
+      CHECK(encode_uncovered(decode(code), records) == code);
+      if (code > -greatest) CHECK(decode(code) > decode(code - 1));
+    }
+  }
+}
+
 TEST_CASE("squared error codes: too small for any is rounded up, too large saturates") {
   CHECK(encode_squared_error(1e-300) == 1);
   CHECK(encode_squared_error(-1e-300) == 0);

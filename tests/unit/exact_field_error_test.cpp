@@ -20,6 +20,7 @@ namespace {
 struct Measured {
   double largest = 0;
   double integral = 0;
+  double outside = 0; ///< volume
 };
 
 /// A mesh with one field, its values given by vertex; asked about versions by their vertices.
@@ -45,7 +46,10 @@ public:
     const auto at = [&](std::size_t i) { return prepared_.points[tet[i].index()]; };
     if (orientation(at(0), at(1), at(2), at(3)) < 0) std::swap(tet[2], tet[3]);
     Measured measured;
-    exact.measure(tet, workspace, {&measured.largest, 1}, {&measured.integral, 1});
+    std::array<double, 2> sums{};
+    exact.measure(tet, workspace, {&measured.largest, 1}, sums);
+    measured.integral = sums[0];
+    measured.outside = sums[1];
     double alone = 0;
     exact.measure(tet, workspace, {&alone, 1});
     // Where original tets overlap, as only a test has them, corners of the parts see more than faces do.
@@ -83,6 +87,7 @@ struct RegularGrid {
       const Measured measured = original.measure(tet);
       sum.largest = std::max(sum.largest, measured.largest);
       sum.integral += measured.integral;
+      CHECK(measured.outside == 0); // not by rounding either
     } while (std::next_permutation(axes.begin(), axes.end()));
     return sum;
   }
@@ -292,6 +297,21 @@ TEST_CASE("the field on either side of a flat original tet") {
   const Measured quarter = Original(mesh, {0, 1, 0, 1, 0, 0}).measure({4, 0, 1, 5});
   CHECK(quarter.largest == Approx(1).epsilon(1e-14));
   CHECK(quarter.integral == Approx(1.0 / 60).epsilon(1e-14));
+}
+
+TEST_CASE("what of a version is outside of the domain") {
+  // A tet with a dent: in the place of one face there are three that meet at a point inside.
+  const Point inside = {0.5, 0.3, 0.4};
+  const TetMesh dented = test::make_mesh({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, inside},
+                                         {{0, 1, 2, 4}, {0, 2, 3, 4}, {0, 3, 1, 4}}, ScalarType::kFloat64);
+  const double of_dent = 8.0 / 6 * (1 - (inside[0] + inside[1] + inside[2]) / 2);
+  CHECK(Original(dented, {0, 0, 0, 0, 1}).measure({0, 1, 2, 3}).outside == Approx(of_dent).epsilon(1e-14));
+  CHECK(Original(dented, {0, 0, 0, 0, 1}).measure({1, 2, 3, 4}).outside == Approx(of_dent).epsilon(1e-14));
+  CHECK(Original(dented, {0, 0, 0, 0, 1}).measure({0, 1, 2, 4}).outside == 0);
+  // Two tets on one side of a face: what is covered twice counts twice.
+  const TetMesh folded = test::make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 2}},
+                                         {{0, 1, 2, 3}, {0, 1, 2, 4}}, ScalarType::kFloat64);
+  CHECK(Original(folded, {0, 0, 0, 0, 0}).measure({0, 1, 2, 4}).outside == Approx(-1.0 / 6).epsilon(1e-14));
 }
 
 TEST_CASE("an error is none where rounding makes it, whatever is elsewhere in the mesh or added to the field") {
@@ -520,11 +540,13 @@ TEST_CASE("errors and integrals of many fields are those of each channel by itse
       const auto at = [&](std::size_t i) { return prepared.points[version[i].index()]; };
       if (orientation(at(0), at(1), at(2), at(3)) < 0) std::swap(version[2], version[3]);
       std::vector<double> errors(components.size()), integrals(components.size()), faces_alone(components.size());
+      integrals.push_back(0);
       together.measure(version, workspace, errors, integrals);
       together.measure(version, workspace, faces_alone);
       for (std::size_t field = 0, channel = 0; field < components.size(); channel += components[field++]) {
         INFO("field " << field << " of " << components.size());
-        double integral = 0, error = 0, greatest = 0;
+        std::array<double, 2> sums{};
+        double error = 0, greatest = 0;
         for (std::size_t c = 0; c < components[field]; ++c) {
           std::vector<double> alone;
           for (std::size_t v = 0; v < prepared.used_vertex_count; ++v)
@@ -533,11 +555,13 @@ TEST_CASE("errors and integrals of many fields are those of each channel by itse
           const ExactFieldError exact(prepared, {alone, 1, {&none, 1}});
           ExactFieldError::Workspace its(exact);
           double of_channel = 0;
-          exact.measure(version, its, {&of_channel, 1}, {&integral, 1});
+          sums[1] = 0;
+          exact.measure(version, its, {&of_channel, 1}, sums);
+          CHECK(sums[1] == Approx(integrals.back()).epsilon(1e-10));
           greatest = std::max(greatest, of_channel);
           error += of_channel * of_channel;
         }
-        CHECK(integrals[field] == Approx(integral).epsilon(1e-10));
+        CHECK(integrals[field] == Approx(sums[0]).epsilon(1e-10));
         // The components of a vector are not greatest in one place.
         CHECK(errors[field] >= greatest * (1 - 1e-12));
         CHECK(errors[field] <= std::sqrt(error) * (1 + 1e-12));

@@ -59,6 +59,9 @@ TEST_CASE("squared errors that the file cannot hold are refused") {
     RecordStream spoiled = records;
     spoiled.squared_error[1] = wrong;
     CHECK_THROWS_AS(file::encode(mesh, spoiled, {}), Error);
+    spoiled = records;
+    spoiled.uncovered_volume[1] = wrong;
+    CHECK_THROWS_AS(file::encode(mesh, spoiled, {}), Error);
   }
   records.fields[0].range = 0;
   std::fill(records.field_error.begin(), records.field_error.end(), 0);

@@ -534,6 +534,17 @@ TEST_CASE("verification: stated errors that are not true") {
   INFO(list_of(found));
   REQUIRE(found.size() == 1);
   CHECK(find(found, "squared error of 'flow' is not") != nullptr);
+
+  const auto most =
+      static_cast<std::size_t>(std::max_element(records.uncovered_volume.begin(), records.uncovered_volume.end()) -
+                               records.uncovered_volume.begin());
+  REQUIRE(records.uncovered_volume[most] > 0);
+  for (const double factor : {0.5, 1.5}) {
+    found = check(spoiled([&](RecordStream& s) { s.uncovered_volume[most] *= factor; }), 0);
+    INFO(list_of(found));
+    REQUIRE(found.size() == 1);
+    CHECK(find(found, "what it uncovers is not the volume stated") != nullptr);
+  }
 }
 
 TEST_CASE("verification: a huge value elsewhere hides no squared error") {

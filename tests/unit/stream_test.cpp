@@ -104,17 +104,29 @@ TEST_CASE("record stream: squared errors of all records, or none") {
     return [=](RecordStream& s) {
       s.volume = 1;
       s.squared_error.assign(s.field_error.size() - missing, value);
+      s.uncovered_volume.assign(s.size(), value);
+    };
+  };
+  const auto with_uncovered = [&](std::size_t missing, double value) {
+    return [=](RecordStream& s) {
+      with(0, 1)(s);
+      s.uncovered_volume.assign(s.size() - missing, value);
     };
   };
   CHECK(verdict(with(0, -1)) == "");
   CHECK(verdict(with(1, 1)) != "");
   CHECK(verdict(with(0, NAN)) != "");
+  CHECK(verdict(with_uncovered(0, -1)) == "");
+  CHECK(verdict(with_uncovered(1, 1)) != "");
+  CHECK(verdict(with_uncovered(0, INFINITY)) != "");
   RecordStream stream = good();
   CHECK_FALSE(stream.has_squared_errors());
   stream.volume = 1;
   CHECK_FALSE(stream.has_squared_errors());
   with(0, 1)(stream);
   CHECK(stream.has_squared_errors());
+  stream.uncovered_volume.clear();
+  CHECK_FALSE(stream.has_squared_errors());
 }
 
 TEST_CASE("record stream: other records needed are later ones, ascending") {

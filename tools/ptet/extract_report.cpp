@@ -109,6 +109,7 @@ Json achieved_json(const Extraction& extraction, const DatasetInfo& info) {
                    {"domain_error", extraction.domain_error},
                    {"errors_are_bounds", are_bounds(info, extraction)}};
   achieved["rms_error"] = extraction.rms_error.empty() ? Json(nullptr) : by_field(info, extraction.rms_error);
+  achieved["covered"] = extraction.covered ? Json(*extraction.covered) : Json(nullptr);
   for (const PartErrors& errors : extraction.in_focus)
     achieved["in_focus"].push_back(to_json(errors, info));
   for (const PartErrors& errors : extraction.at_values)
@@ -276,7 +277,10 @@ void print_text(const ExtractOutcome& outcome) {
     out << '\n';
   }
   out << "  achieved  domain" << within(info, extraction)
-      << error_text(extraction.domain_error, info.diagonal, kOfDiagonal) << '\n';
+      << error_text(extraction.domain_error, info.diagonal, kOfDiagonal);
+  if (extraction.covered && *extraction.covered < 1)
+    out << ", up to " << percent_up(1 - *extraction.covered, 1) << " of the volume uncovered";
+  out << '\n';
   print_parts(extraction, request, info);
   if (!are_bounds(info, extraction)) out << "  note      " << kNoBounds << '\n';
   out << "  mesh      " << counted(extraction.mesh.vertex_count(), "vertex") << " ("

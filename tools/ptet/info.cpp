@@ -205,6 +205,7 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
   json["errors_are_bounds"] = info.errors_are_bounds;
   json["fields"] = fields;
   json["max_domain_error"] = info.max_domain_error;
+  if (info.base_covered) json["base_covered"] = *info.base_covered;
   json["manifest"] = Json::parse(info.provenance_json);
   for (const Level& level : levels) {
     json["levels"].push_back({{"error", level.fraction}, {"vertices", level.vertices}, {"tets", level.tets}});
@@ -264,6 +265,8 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
   }
   out << "  domain    error up to " << brief_up(info.max_domain_error);
   if (info.diagonal > 0) out << " (" << percent_up(info.max_domain_error, info.diagonal) << " of the diagonal)";
+  if (info.base_covered && *info.base_covered < 1)
+    out << ", up to " << percent_up(1 - *info.base_covered, 1) << " of the volume uncovered by the base";
   out << '\n';
   if (!info.errors_are_bounds) out << "  note      " << kNoBounds << '\n';
   print_manifest(Json::parse(info.provenance_json), out);

@@ -376,8 +376,6 @@ with ORIGINAL. The difference of a field is the Euclidean norm over its componen
 inside    where the two domains overlap: exact by clipping tets against tets, or with --samples at random points spread
           over the volume (then the maximum is a lower bound). Where tets overlap others of their own mesh, every pair
           counts.
-          The RMS is over what overlaps; that which a .ptet file states is the same integral over the volume of ORIGINAL
-          ("rms_over_original"), which is less where SIMPLIFIED does not reach.
 outside   the rest of ORIGINAL's domain, against the value at the closest point of SIMPLIFIED. Always sampled: the
           vertices of ORIGINAL that lie there, and 50,000 random points (with --samples: those of the N that fall there).
           The RMS is over the points.
@@ -390,8 +388,8 @@ validity  tets whose orientation or shape is wrong (exact), what is no manifold,
 greatest difference over what SIMPLIFIED covers of it (NaN where that is nothing).
 
 --json prints {"original", "simplified": {"volume", "validity": {"valid", ...}}, "overlap", "inside", "outside":
-{"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent", inside "rms_over_original" and its "_percent",
-too}}}, "ranges", "hausdorff", "notes", "seconds"}.
+{"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent"}}},
+"ranges", "hausdorff", "notes", "seconds"}.
 )";
 
 } // namespace

@@ -61,12 +61,6 @@ Json to_json(const FieldDifference& difference, double range) {
           {"rms_percent", percent_json(rms, range)}};
 }
 
-/// The root of the integral over where both meshes are, divided by the volume of the original instead of that of the
-/// overlap, as .ptet files state it.
-double rms_over_original(const MeasureOutcome& outcome, const FieldDifference& inside) {
-  return inside.rms() * std::sqrt(outcome.inside.volume / outcome.original.volume);
-}
-
 Json to_json(const DistanceBounds& bounds, double diagonal) {
   return {{"lower", bounds.lower},
           {"upper", bounds.upper},
@@ -106,20 +100,16 @@ void print_validity(const MeasureOutcome& outcome) {
 }
 
 void print_fields(const MeasureOutcome& outcome) {
-  const auto line = [](const char* label, const FieldDifference& difference, double range, const std::string& more) {
+  const auto line = [](const char* label, const FieldDifference& difference, double range) {
     std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at)
-              << ", RMS " << with_percent(difference.rms(), range) << more << '\n';
+              << ", RMS " << with_percent(difference.rms(), range) << '\n';
   };
   const OutsideDifference& outside = outcome.outside;
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
     const auto& [name, simplified_name, components, range] = outcome.fields[f];
     std::cout << "  field       " << name << ", range " << brief(range) << '\n';
-    const FieldDifference& inside = outcome.inside.fields[f];
-    // Said where it is another number.
-    const std::string over_original = with_percent(rms_over_original(outcome, inside), range);
-    const bool is_same = over_original == with_percent(inside.rms(), range);
-    line("    inside    ", inside, range, is_same ? "" : ", " + over_original + " over the volume of the original");
-    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range, "");
+    line("    inside    ", outcome.inside.fields[f], range);
+    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range);
   }
   std::cout << "  inside      "
             << (outcome.samples ? "sampled: " + counted(outcome.inside.points, "point") : std::string("exact")) << '\n';
@@ -157,11 +147,7 @@ void print_json(const MeasureOutcome& outcome, const std::optional<std::string>&
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
     const auto& [name, simplified_name, components, range] = outcome.fields[f];
     json["ranges"][name] = range;
-    Json& inside = json["inside"]["fields"][name];
-    inside = to_json(outcome.inside.fields[f], range);
-    const double rms = rms_over_original(outcome, outcome.inside.fields[f]);
-    inside["rms_over_original"] = rms;
-    inside["rms_over_original_percent"] = percent_json(rms, range);
+    json["inside"]["fields"][name] = to_json(outcome.inside.fields[f], range);
     if (outcome.outside.vertices + outcome.outside.points > 0)
       json["outside"]["fields"][name] = to_json(outcome.outside.fields[f], range);
   }

@@ -377,9 +377,11 @@ double ptet_extraction_part_domain_error(const ptet_extraction* extraction, ptet
 /* The largest domain error in the picture as the view counts it, pixels; INFINITY where a face with an error comes as
  * near to the eye as the error is large, 0 without a view. */
 double ptet_extraction_pixels_in_view(const ptet_extraction* extraction);
-/* The root mean square of the field's error over the original domain, what the mesh does not cover
- * counting as no error, in the field's units; NaN when the build did not measure it. */
+/* The root mean square of the field's error over that part of the original domain which the mesh covers, in the field's
+ * units; NaN when the build did not measure it. */
 double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field);
+/* So much of the original's volume the mesh covers at least, from 0 to 1; NaN when the build did not measure it. */
+double ptet_extraction_covered(const ptet_extraction* extraction);
 
 /* ---- Sessions: a mesh that follows its requests, for viewers ---- */
 
@@ -451,6 +453,7 @@ ptet_status ptet_session_get_field(const ptet_session* session, uint32_t field, 
 /* As of an extraction; NaN before the first update. */
 double ptet_session_field_error(const ptet_session* session, uint32_t field);
 double ptet_session_rms_error(const ptet_session* session, uint32_t field);
+double ptet_session_covered(const ptet_session* session);
 /* The mesh without slots, as ptet_dataset_extract gives it. */
 ptet_status ptet_session_extract(const ptet_session* session, ptet_extraction** extraction, ptet_error** error);
 

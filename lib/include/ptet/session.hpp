@@ -17,6 +17,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace ptet {
@@ -35,7 +36,8 @@ struct SessionUpdate {
   std::uint64_t splits = 0, collapses = 0;
   /// As in Extraction: one per governing field, in field units; `rms_error` may be empty.
   std::span<const double> field_error, rms_error;
-  double domain_error = 0; ///< mesh units
+  std::optional<double> covered; ///< as in Extraction
+  double domain_error = 0;       ///< mesh units
   LimitedBy limited_by = LimitedBy::kNothing;
   /// Whether this is the mesh that was asked for. If not, `limited_by` says why: the time was up, or blocks could not
   /// be had (yet), see Extraction::complete. The mesh is conforming, its errors are those stated here, and the next

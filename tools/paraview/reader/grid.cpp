@@ -154,6 +154,7 @@ void fill_errors(vtkUnstructuredGrid& grid, const SessionUpdate& update, const D
     ++governing;
   }
   add<vtkDoubleArray>(data, "domain error", update.domain_error);
+  if (update.covered) add<vtkDoubleArray>(data, "covered", *update.covered);
   add<vtkStringArray>(data, "limited by", name_of(update.limited_by));
   add<vtkUnsignedCharArray>(data, "complete", static_cast<unsigned char>(update.complete ? 1 : 0));
   add<vtkIdTypeArray>(data, "tets of the original", static_cast<vtkIdType>(info.tets));

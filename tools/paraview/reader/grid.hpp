@@ -18,8 +18,9 @@ void fill_mesh(vtkUnstructuredGrid& grid, const Session& session, const DatasetI
                const std::function<bool(const std::string&)>& wanted, bool file_ids);
 
 /// Field data, one value each: "error of NAME" and "RMS error of NAME" for each governing field in its units (the
-/// latter where the build measured it), "domain error" in those of the mesh, "limited by" (name_of), "complete" (1, or
-/// 0 where the mesh is coarser than asked), "tets of the original", "points of the original".
+/// latter where the build measured it, as "covered", the part of the original's volume), "domain error" in those of the
+/// mesh, "limited by" (name_of), "complete" (1, or 0 where the mesh is coarser than asked), "tets of the original",
+/// "points of the original".
 void fill_errors(vtkUnstructuredGrid& grid, const SessionUpdate& update, const DatasetInfo& info);
 
 } // namespace ptet::paraview

@@ -67,6 +67,7 @@ class DatasetInfo:
         fields: a FieldInfo each.
         box_min, box_max, diagonal: of the original's bounding box, mesh units.
         max_field_error, base_rms_error: of the coarsest mesh, by governing field, in its units.
+        base_covered: likewise the part of the original's volume that it covers, see Extraction.covered.
         max_domain_error: of the coarsest mesh, mesh units.
         provenance: what made the file, with which options, and from what.
     """
@@ -88,6 +89,7 @@ class DatasetInfo:
     max_field_error: dict[str, float]
     max_domain_error: float
     base_rms_error: dict[str, float]
+    base_covered: float | None
     provenance: dict[str, Any]
 
     @property

@@ -52,6 +52,8 @@ def _fill(grid: Any, cut: Extraction) -> None:
     errors = {f"error of {name}": error for name, error in cut.field_error.items()}
     errors.update({f"rms error of {name}": error for name, error in cut.rms_error.items()})
     errors["domain error"] = cut.domain_error
+    if cut.covered is not None:
+        errors["covered"] = cut.covered
     for name, error in errors.items():
         grid.GetFieldData().AddArray(_shared(np.array([error]), name))
 

@@ -63,8 +63,10 @@ class Extraction:
             None unless `origins` was asked for.
         field_error: by governing field the largest error, in its units. In a file built with evaluation "exact" no
             point that the mesh covers has a larger one.
-        rms_error: by governing field the root mean square error over the original domain, what the mesh does not cover
-            counting as no error; empty when the build measured none.
+        rms_error: by governing field the root mean square error over that part of the original domain which the mesh
+            covers; empty when the build measured none.
+        covered: so much of the original's volume the mesh covers at least, from 0 to 1; None when the build measured no
+            rms_error.
         domain_error: largest distance between the mesh's boundary and the original one, either way, mesh units.
         in_focus: PartErrors of what meets each focus region.
         at_values: PartErrors of what may take each of the values of interest.
@@ -87,6 +89,7 @@ class Extraction:
     made_by: npt.NDArray[np.uint32] | None
     field_error: dict[str, float]
     rms_error: dict[str, float]
+    covered: float | None
     domain_error: float
     in_focus: list[PartErrors]
     at_values: list[PartErrors]
@@ -114,6 +117,7 @@ class Extraction:
         self.made_by = core.made_by if origins else None
         self.field_error = dict(zip(names, core.field_error))
         self.rms_error = dict(zip(names, core.rms_error))
+        self.covered = core.covered
         self.domain_error = core.domain_error
         self.in_focus = [part(errors) for errors in core.in_focus]
         self.at_values = [part(errors) for errors in core.at_values]

@@ -37,8 +37,8 @@ class SessionUpdate:
         tets_added, tets_removed, vertices_added, vertices_removed: by splits and collapses. The first update adds the
             coarsest mesh as well.
         splits, collapses: how many were made.
-        field_error, rms_error, domain_error, limited_by, complete, failures: as of Extraction; where it is not
-            complete, the next update with the same request goes on.
+        field_error, rms_error, covered, domain_error, limited_by, complete, failures: as of Extraction; where it is
+            not complete, the next update with the same request goes on.
         seconds: wall time of the call.
         renumbered: whether slots have other numbers than before, the first ones; those in use are all among the changed
             ones, and the arrays are shorter as a rule. So it is where of more than 4096 tet slots less than one in four
@@ -60,6 +60,7 @@ class SessionUpdate:
     collapses: int
     field_error: dict[str, float]
     rms_error: dict[str, float]
+    covered: float | None
     domain_error: float
     limited_by: str
     complete: bool

@@ -96,6 +96,7 @@ py::dict to_dict(const DatasetInfo& info) {
   dict["max_field_error"] = by_field(info, info.max_field_error);
   dict["max_domain_error"] = info.max_domain_error;
   dict["base_rms_error"] = by_field(info, info.base_rms_error);
+  dict["base_covered"] = info.base_covered;
   dict["provenance_json"] = to_str(info.provenance_json);
   return dict;
 }
@@ -183,6 +184,7 @@ void bind_extraction(py::module_& module) {
       .def_property_readonly("made_by", made_by)
       .def_readonly("field_error", &Extraction::field_error)
       .def_readonly("rms_error", &Extraction::rms_error)
+      .def_readonly("covered", &Extraction::covered)
       .def_readonly("domain_error", &Extraction::domain_error)
       .def_property_readonly("in_focus", [](const Extraction& cut) { return to_list(cut.in_focus); })
       .def_property_readonly("at_values", [](const Extraction& cut) { return to_list(cut.at_values); })

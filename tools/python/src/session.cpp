@@ -46,6 +46,7 @@ public:
     dict["collapses"] = done->collapses;
     dict["field_error"] = std::vector<double>(done->field_error.begin(), done->field_error.end());
     dict["rms_error"] = std::vector<double>(done->rms_error.begin(), done->rms_error.end());
+    dict["covered"] = done->covered;
     dict["domain_error"] = done->domain_error;
     dict["limited_by"] = name_of(done->limited_by);
     dict["complete"] = done->complete;
