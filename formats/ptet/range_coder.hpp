@@ -256,22 +256,20 @@ private:
 
 class BitCounter {
 public:
-  explicit BitCounter(std::size_t contexts) : contexts_(contexts), counts_(contexts) {}
+  explicit BitCounter(std::size_t contexts) : counts_(contexts) {}
 
   bool bit(std::uint32_t context, bool bit) {
-    Probability& p = contexts_[context];
-    cost_ += bit_cost(bit ? p.scaled() : (1U << Probability::kBits) - p.scaled());
-    p.update(bit);
     ++counts_[context][bit ? 1 : 0];
     return bit;
   }
-  std::uint64_t raw(unsigned count, std::uint64_t value) {
-    cost_ += std::uint64_t{256} * count;
-    return value;
-  }
+  std::uint64_t raw(unsigned /*count*/, std::uint64_t value) { return value; }
 
-  [[nodiscard]] const std::vector<Probability>& contexts() const { return contexts_; }
-  [[nodiscard]] double bits() const { return static_cast<double>(cost_) / 256; }
+  BitCounter& operator+=(const BitCounter& other) {
+    for (std::size_t i = 0; i < counts_.size(); ++i)
+      for (const std::size_t bit : {0U, 1U})
+        counts_[i][bit] += other.counts_[i][bit];
+    return *this;
+  }
   [[nodiscard]] InitialProbabilities trained() const {
     InitialProbabilities result(counts_.size());
     std::transform(counts_.begin(), counts_.end(), result.begin(), [](const auto& count) {
@@ -282,9 +280,7 @@ public:
   }
 
 private:
-  std::vector<Probability> contexts_;
   std::vector<std::array<std::uint64_t, 2>> counts_;
-  std::uint64_t cost_ = 0;
 };
 
 class BitMeter {

@@ -1,4 +1,4 @@
-// The order in which the records of several blocks are decoded together.
+// The order in which the records of several blocks are decoded, or coded, together.
 #pragma once
 
 #include "formats/ptet/layout.hpp"
@@ -22,5 +22,11 @@ struct Run {
 /// `open`: the numbers of the open blocks.
 [[nodiscard]] std::vector<Run> near_ones_together(std::span<const Run> by_block, std::span<const std::uint32_t> open,
                                                   std::span<const BlockInfo> blocks);
+
+/// All runs of a file, those that stand together in groups: none of a group waits for another of it, each is of another
+/// block, ascending. As above blocks are finished one after the other as far as they can be, but several at a time, so
+/// that a group is work for several threads. `generation`: by record.
+[[nodiscard]] std::vector<std::vector<Run>> groups_of_runs(std::span<const std::uint32_t> generation,
+                                                           std::span<const BlockInfo> blocks);
 
 } // namespace ptet::file

@@ -47,6 +47,8 @@ public:
   Schema(const Header& header, const std::vector<DecimalDigits>& digits);
 
   [[nodiscard]] std::uint32_t context_count() const { return context_count_; }
+  /// Those of seeds, which are the first.
+  [[nodiscard]] std::uint32_t seed_contexts() const { return growth; }
 
   // Trees of contexts, laid one behind the other in this order.
   static constexpr std::uint32_t kSourceContexts = 64;

@@ -32,17 +32,17 @@ Seed SeedChoice::seed_at(const Refinement& refinement, std::uint32_t number, Ver
 }
 
 void SeedChoice::choose(const std::vector<Probability>& model, std::span<const BlockState> states,
-                        const Refinement& refinement, std::span<const std::uint32_t> generation) {
-  if (seeds_.size() < generation.size()) seeds_.resize(generation.size());
+                        const Refinement& refinement, std::span<const std::uint32_t> group) {
+  if (seeds_.size() < group.size()) seeds_.resize(group.size());
   block_begins_.clear();
-  for (std::size_t i = 0; i < generation.size(); ++i)
-    if (i == 0 || block_of_[generation[i]] != block_of_[generation[i - 1]]) block_begins_.push_back(i);
-  block_begins_.push_back(generation.size());
+  for (std::size_t i = 0; i < group.size(); ++i)
+    if (i == 0 || block_of_[group[i]] != block_of_[group[i - 1]]) block_begins_.push_back(i);
+  block_begins_.push_back(group.size());
   oneapi::tbb::parallel_for(std::size_t{0}, block_begins_.size() - 1, [&](std::size_t b) {
-    const std::uint32_t number = block_of_[generation[block_begins_[b]]];
+    const std::uint32_t number = block_of_[group[block_begins_[b]]];
     SeedHistory history = states[number].seeds;
     for (std::size_t i = block_begins_[b]; i < block_begins_[b + 1]; ++i)
-      choose_for(model, number, history, refinement, RecordId{generation[i]}, seeds_[i], scratch_.local());
+      choose_for(model, number, history, refinement, RecordId{group[i]}, seeds_[i], scratch_.local());
   });
 }
 

@@ -1,8 +1,9 @@
 // Where the growth of each record's region begins: the versions that are cheapest to name.
 //
-// The versions that a generation's records replace are all there before the first of them is split, and what a seed
-// costs depends on nothing else but the seeds of its block before and the model. So the seeds of a generation are
-// chosen together, block by block in parallel, by the model as it was before.
+// Records are taken in groups that do not wait for one another (record_runs.hpp): the versions that they replace are
+// all there before the first of them is split, and what a seed costs depends on nothing else but the seeds of its block
+// before and the model. So the seeds of a group are chosen together, block by block in parallel, by the model as it was
+// before.
 #pragma once
 
 #include "formats/ptet/ordering.hpp"
@@ -24,11 +25,12 @@ public:
              std::span<const BlockInfo> infos, std::span<const std::uint32_t> block_of, const VersionMatch& match)
       : records_(records), order_(order), schema_(schema), infos_(infos), block_of_(block_of), match_(match) {}
 
-  /// Chooses for all records of a generation (of the file), none of which has been split: those of a block in a row, as
-  /// they will be coded. `states`: by block. Throws Error(kBadInput) when a version of a region has not appeared yet.
+  /// Chooses for a group of records (of the file), none of which has been split: those of a block in a row, as they
+  /// will be coded. `model`: of the first contexts, which are those of seeds. `states`: by block. Throws
+  /// Error(kBadInput) when a version of a region has not appeared yet.
   void choose(const std::vector<Probability>& model, std::span<const BlockState> states, const Refinement& refinement,
-              std::span<const std::uint32_t> generation);
-  /// The seeds of the generation's record at this place.
+              std::span<const std::uint32_t> group);
+  /// The seeds of the group's record at this place.
   [[nodiscard]] std::span<const Seed> seeds(std::size_t place) const { return seeds_[place]; }
 
 private:
@@ -60,8 +62,8 @@ private:
   std::span<const BlockInfo> infos_;
   std::span<const std::uint32_t> block_of_;
   const VersionMatch& match_;
-  std::vector<std::vector<Seed>> seeds_;  ///< by place in the generation
-  std::vector<std::size_t> block_begins_; ///< places in the generation where another block's records begin, and its end
+  std::vector<std::vector<Seed>> seeds_;  ///< by place in the group
+  std::vector<std::size_t> block_begins_; ///< places in the group where another block's records begin, and its end
   oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 

@@ -48,7 +48,7 @@ Tet VersionMatch::in_file(Tet tet) const {
 }
 
 void VersionMatch::add_fine(const Refinement& refinement, std::span<const std::uint32_t> records) {
-  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, records.size(), 64), [&](const auto& range) {
+  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, records.size(), 16), [&](const auto& range) {
     Scratch& scratch = scratch_.local();
     for (std::size_t i = range.begin(); i != range.end(); ++i)
       add_fine(refinement, RecordId{records[i]}, scratch);

@@ -3,6 +3,7 @@
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/record_codec.hpp"
+#include "formats/ptet/record_runs.hpp"
 #include "formats/ptet/seed_choice.hpp"
 #include "formats/ptet/version_match.hpp"
 #include "formats/whole_file.hpp"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <limits>
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <zstd.h>
 
@@ -44,6 +46,7 @@ public:
   void make_base();
   void find_needs();
   void transcribe();
+  void train();
   void code_blocks();
   [[nodiscard]] std::vector<std::byte> assemble(const Manifest& manifest);
 
@@ -79,8 +82,7 @@ private:
   std::vector<Tet> base_tets_;
   std::vector<BlockInfo> infos_;
   std::vector<TableRow> rows_;
-  std::vector<OtherParents> others_; ///< by block
-  std::vector<std::uint32_t> coding_order_;
+  std::vector<OtherParents> others_;    ///< by block
   std::vector<Transcript> transcripts_; ///< by block
   InitialProbabilities initial_;
   std::vector<std::vector<std::byte>> block_bytes_;
@@ -103,12 +105,6 @@ void Encoding::order() {
     file_record_[order_.stream_record[r]] = r;
   for (std::uint32_t b = 0; b < order_.blocks.size(); ++b)
     block_of_.insert(block_of_.end(), order_.blocks[b].record_count, b);
-  coding_order_.resize(record_count());
-  for (std::uint32_t r = 0; r < record_count(); ++r)
-    coding_order_[r] = r;
-  std::stable_sort(coding_order_.begin(), coding_order_.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return order_.generation[a] < order_.generation[b]; });
-
   positions_ = gather(mesh_.positions, order_.mesh_vertex);
   for (const PointArray& array : mesh_.point_arrays)
     arrays_.push_back(gather(array, order_.mesh_vertex));
@@ -344,21 +340,23 @@ void Encoding::take_back(Content& content) {
   order_.generation = std::move(content.generation);
 }
 
-/// Counts for the model what a coder of the block would be told, and keeps it until the model is there.
+/// Keeps what a coder of the block will be told until the model is there, and moves the probabilities that seeds are
+/// chosen by: those of the first contexts.
 class Scribe {
 public:
-  Scribe(BitCounter& counter, Transcript& transcript) : counter_(counter), transcript_(transcript) {}
+  Scribe(std::vector<Probability>& of_seeds, Transcript& transcript) : of_seeds_(of_seeds), transcript_(transcript) {}
   bool bit(std::uint32_t context, bool bit) {
     transcript_.bit(context, bit);
-    return counter_.bit(context, bit);
+    if (context < of_seeds_.size()) of_seeds_[context].update(bit);
+    return bit;
   }
   std::uint64_t raw(unsigned count, std::uint64_t value) {
     transcript_.raw(count, value);
-    return counter_.raw(count, value);
+    return value;
   }
 
 private:
-  BitCounter& counter_;
+  std::vector<Probability>& of_seeds_;
   Transcript& transcript_;
 };
 
@@ -368,34 +366,45 @@ void Encoding::transcribe() {
   consumers_ = std::vector<std::uint32_t>(); // {} would keep its memory
   SeedChoice choice(records_, order_, *schema_, infos_, block_of_, match);
   RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
-  BitCounter counter(schema_->context_count());
+  std::vector<Probability> of_seeds(schema_->seed_contexts());
   transcripts_.resize(infos_.size());
   std::vector<BlockState> states;
   for (std::uint32_t b = 0; b < infos_.size(); ++b)
     states.emplace_back(b, infos_[b].needs.size(), schema_->code_count());
   std::size_t done = 0;
-  for (auto begin = coding_order_.begin(), end = begin; begin != coding_order_.end(); begin = end) {
-    end = std::find_if(begin, coding_order_.end(),
-                       [&](std::uint32_t r) { return content.generation[r] != content.generation[*begin]; });
-    const std::span<const std::uint32_t> generation(begin, end);
-    choice.choose(counter.contexts(), states, content.refinement, generation);
-    for (std::size_t i = 0; i < generation.size(); ++i, ++done) {
-      if (done % 4096 == 0) report(progress_, "writing records", done, coding_order_.size());
-      const RecordId r{generation[i]};
+  std::vector<std::uint32_t> together;
+  for (const std::vector<Run>& group : groups_of_runs(content.generation, infos_)) {
+    together.clear();
+    for (const Run& run : group)
+      for (std::uint32_t r = run.first_record; r <= run.last_record; ++r)
+        together.push_back(r);
+    choice.choose(of_seeds, states, content.refinement, together);
+    for (std::size_t i = 0; i < together.size(); ++i, ++done) {
+      if (done % 4096 == 0) report(progress_, "writing records", done, record_count());
+      const RecordId r{together[i]};
       BlockState& state = states[block_of_[r.index()]];
       const std::uint32_t record = order_.stream_record[r.index()];
       const std::uint32_t first = records_.coarse_begin[record].index();
       const std::uint32_t count = records_.modified_count[record];
       const auto in_region = [&](VersionId behind) { return match.stream_of(behind) - first < count; };
-      Scribe scribe(counter, transcripts_[state.block]);
+      Scribe scribe(of_seeds, transcripts_[state.block]);
       codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{choice.seeds(i), in_region},
                  others_[state.block].of(r));
       codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
     }
-    match.add_fine(content.refinement, generation);
+    match.add_fine(content.refinement, together);
   }
-  initial_ = counter.trained();
   take_back(content);
+}
+
+void Encoding::train() {
+  oneapi::tbb::enumerable_thread_specific<BitCounter> counters([&] { return BitCounter(schema_->context_count()); });
+  oneapi::tbb::parallel_for(std::size_t{0}, transcripts_.size(),
+                            [&](std::size_t b) { transcripts_[b].tell(counters.local()); });
+  BitCounter all(schema_->context_count());
+  for (const BitCounter& counter : counters)
+    all += counter;
+  initial_ = all.trained();
 }
 
 void Encoding::code_blocks() {
@@ -498,6 +507,7 @@ std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, 
   encoding.make_base();
   encoding.find_needs();
   encoding.transcribe();
+  encoding.train();
   encoding.code_blocks();
   return encoding.assemble(manifest);
 }

@@ -161,15 +161,15 @@ public:
   /// By record: later records whose faces it must not leave standing; ascending.
   std::vector<std::vector<Record>> find(const ProgressCallback& progress) {
     std::vector<std::vector<Record>> found(records_.size());
-    const auto count = static_cast<Record>(records_.size());
-    for (Record begin = 0; begin < count; begin += kBatch) {
-      if (progress && !progress({"looking for cuts that cross themselves", begin, count}))
+    const std::vector<Record> places = by_place();
+    for (std::size_t begin = 0; begin < places.size(); begin += kBatch) {
+      if (progress && !progress({"looking for cuts that cross themselves", begin, places.size()}))
         throw Error(ErrorCode::kCancelled, "the build was cancelled");
-      const oneapi::tbb::blocked_range<Record> batch(begin, std::min(begin + kBatch, count), 64);
+      const oneapi::tbb::blocked_range<std::size_t> batch(begin, std::min(begin + kBatch, places.size()), 64);
       oneapi::tbb::parallel_for(batch, [&](const auto& range) {
         Scratch& scratch = scratch_.local();
-        for (Record r = range.begin(); r != range.end(); ++r)
-          look_at(r, scratch, found[r]);
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+          look_at(places[i], scratch, found[places[i]]);
       });
     }
     return found;
@@ -195,6 +195,22 @@ public:
   }
 
 private:
+  /// The records that moved the boundary, those near one another together: as the vertices are numbered. In the order
+  /// of the records they would be all over the tree, one after the other.
+  [[nodiscard]] std::vector<Record> by_place() const {
+    std::vector<Record> places;
+    for (Record r = 0; r < records_.size(); ++r) {
+      const auto consumed = records_.consumed(r);
+      Face face{};
+      if (std::any_of(consumed.begin(), consumed.end(),
+                      [&](VersionId t) { return face_of_ghost(records_.versions[t.index()], face); }))
+        places.push_back(r);
+    }
+    std::sort(places.begin(), places.end(),
+              [&](Record a, Record b) { return records_.removed[a] < records_.removed[b]; });
+    return places;
+  }
+
   struct Scratch {
     explicit Scratch(std::size_t count) : reached(count), open(count) {}
     Marks reached;

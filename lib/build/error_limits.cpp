@@ -1,6 +1,7 @@
 #include "build/error_limits.hpp"
 
 #include "ptet/error.hpp"
+#include "record/error_code.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +18,13 @@ constexpr double kDomainPerField = 1;
 /// and what is stated of the boundary in coarse meshes is some times the truth; with more, fields pay for it.
 constexpr double kMeasuredDomainPerField = 1.0 / 16;
 
+/// The largest error that a file states as no more than `limit`, both in units of the scale: it rounds errors up.
+double statable(double limit) {
+  if (!std::isfinite(limit)) return limit;
+  const ErrorCode16 code = encode_error(limit, 1);
+  return std::min(limit, decode_error(decode_error(code, 1) > limit ? static_cast<ErrorCode16>(code - 1) : code, 1));
+}
+
 std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedFields& fields,
                                  const std::vector<FieldBound>& bounds) {
   std::vector<double> limits(fields.field_count(), std::numeric_limits<double>::infinity());
@@ -26,7 +34,7 @@ std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedF
     for (std::size_t f = 0; f < limits.size(); ++f) {
       const GoverningField& field = fields.fields()[f];
       if (!bound.field.empty() && prepared.mesh.point_arrays[field.array].name != bound.field) continue;
-      limits[f] = std::min(limits[f], bound.bound.absolute(field.range) / field.range);
+      limits[f] = std::min(limits[f], statable(bound.bound.absolute(field.range) / field.range));
       found = true;
     }
     if (!found && !bound.field.empty())
@@ -40,7 +48,8 @@ std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedF
 ErrorLimits::ErrorLimits(const PreparedMesh& prepared, const NormalizedFields& fields, const BuildOptions& options,
                          double diagonal)
     : field_(field_limits(prepared, fields, options.max_field_error)),
-      domain_(options.max_domain_error.absolute(diagonal)), diagonal_(diagonal) {}
+      domain_(diagonal > 0 ? statable(options.max_domain_error.absolute(diagonal) / diagonal) * diagonal : 0),
+      diagonal_(diagonal) {}
 
 bool ErrorLimits::bound_fields() const {
   return std::any_of(field_.begin(), field_.end(), [](double x) { return std::isfinite(x); });

@@ -1,5 +1,6 @@
 // How large the errors of a collapse may become, by the options of the build, and so what errors weigh against one
-// another.
+// another. A file rounds errors up; what it states is not to be above what was asked, so the limits are the largest
+// errors that it does not.
 //
 // Source: Cignoni et al. 2000, section 4.3 (each kind of error counts by its threshold).
 #pragma once

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 
 namespace ptet {
 namespace {
@@ -85,6 +86,16 @@ SquaredErrorCode encode_uncovered(double fraction, std::uint32_t records) {
 
 ErrorCode16 encode_error(double error, double scale) {
   ErrorCode16 least = 0, most = kMaxErrorCode;
+  // The octave is told by the exponents, up to one.
+  if (const double fraction = error / scale; fraction > 0 && std::isfinite(fraction)) {
+    const int octave = std::ilogb(fraction) - kFirstExponent;
+    const auto code_at = [](int steps, int least_code) {
+      return static_cast<ErrorCode16>(
+          std::clamp(steps * static_cast<int>(kCodesPerOctave), least_code, int{kMaxErrorCode}));
+    };
+    least = code_at(octave - 1, 0);
+    most = code_at(octave + 2, 1);
+  }
   while (least < most) {
     const auto middle = static_cast<ErrorCode16>((least + most) / 2);
     if (decode_error(middle, scale) >= error)
