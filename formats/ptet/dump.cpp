@@ -239,9 +239,11 @@ void Dump::describe_record(RecordId r) {
   for (std::size_t i = 0; i < codes; ++i) {
     out_ << ' ' << content_.own[r.index() * codes + i] << " / " << content_.monotone[r.index() * codes + i];
   }
-  if (!content_.squared_error.empty()) out_ << ", squared:";
   for (std::size_t i = 0; !content_.squared_error.empty() && i < codes; ++i)
-    out_ << ' ' << content_.squared_error[r.index() * codes + i];
+    out_ << (i + 1 == codes ? ", uncovered: "
+             : i == 0       ? ", squared: "
+                            : " ")
+         << content_.squared_error[r.index() * codes + i];
   out_ << "\n             order code: " << content_.order[r.index()];
   if (const auto parents = refinement.parents(r); !parents.empty()) {
     out_ << "\n             after records";

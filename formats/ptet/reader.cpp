@@ -51,13 +51,6 @@ struct OpenBlock {
 
 } // namespace
 
-double decode_sum(const Header& header, std::size_t i, SquaredErrorCode code) {
-  const auto fields =
-      std::count_if(header.arrays.begin(), header.arrays.end(), [](const ArrayInfo& a) { return a.governing; });
-  return i == static_cast<std::size_t>(fields) ? decode_uncovered(code, header.record_count)
-                                               : decode_squared_error(code);
-}
-
 struct Reader::Batching {
   Reader* reader;
   std::vector<OpenBlock> open;
@@ -208,14 +201,15 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
     double least = 0, most = 0, slack = 0;
     for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
       const SquaredErrorCode code = content.squared_error[r * info.squared_error.size() + i];
-      const double upper = decode_sum(header_, i, code);
-      const double lower = decode_sum(header_, i, static_cast<SquaredErrorCode>(code - 1));
+      const double upper = decode_sum(header_, i, info.squared_error.size(), code);
+      const double lower = decode_sum(header_, i, info.squared_error.size(), static_cast<SquaredErrorCode>(code - 1));
       least += lower;
       most += upper;
       slack += 0x1p-40 * std::max(std::fabs(lower), std::fabs(upper));
     }
     if (info.squared_error[i] < least - slack || info.squared_error[i] > most + slack)
-      fail("a block's squared errors are not those of the table");
+      fail(i + 1 == info.squared_error.size() ? "what a block uncovers is not what the table says"
+                                              : "a block's squared errors are not those of the table");
   }
 }
 

@@ -84,8 +84,11 @@ struct Content {
   std::vector<char> block_loaded;
 };
 
-/// What a code in column `i` of Content::squared_error stands for.
-[[nodiscard]] double decode_sum(const Header& header, std::size_t i, SquaredErrorCode code);
+/// What a code in column `i` of the `columns` of Content::squared_error stands for.
+[[nodiscard]] inline double decode_sum(const Header& header, std::size_t i, std::size_t columns,
+                                       SquaredErrorCode code) {
+  return i + 1 == columns ? decode_uncovered(code, header.record_count) : decode_squared_error(code);
+}
 
 /// What decoding found wrong with a block.
 class BlockError : public Error {

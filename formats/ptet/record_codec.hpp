@@ -6,7 +6,8 @@
 //   growth     one bit for each face met while the region grows
 //   arrays     of v, predicted from the vertices around it
 //   errors     own, and how much more the finer records that depend on it have
-//   squared    what the collapse raised the mean square errors by, predicted from the own error and the star's volume
+//   squared    what the collapse raised the mean square errors by, predicted from the own error and the star's volume,
+//              and what it uncovered, predicted from what its tets lost
 //   order      how coarse the mesh was when the collapse was made, below that of the parents
 //
 // Everything used to predict is the same in every closed set of loaded blocks.

@@ -118,14 +118,17 @@ public:
         add(t, measured.errors, 1);
     }
     if (!header_.has_squared_errors) return measured;
+    bool moves_boundary = false;
     const std::uint32_t first = refinement.first_fine(r).index();
     for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) {
-      if (refinement.is_ghost(VersionId{t})) continue;
-      if (refinement.creator(VersionId{t}).is_none()) // an original one: no error, all covered
+      if (refinement.is_ghost(VersionId{t}))
+        moves_boundary = true;
+      else if (refinement.creator(VersionId{t}).is_none()) // an original one: no error, all covered
         add_volume(VersionId{t}, -1);
       else
         add(VersionId{t}, ignored, -1);
     }
+    if (!moves_boundary) measured.rise.back() = 0;
     return measured;
   }
 
@@ -236,8 +239,9 @@ private:
     const SquaredErrorCode code = content_.squared_error[r * content_.errors_per_record + i];
     const double rise = measured.rise[i] / volume;
     const double slack = std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[i] / volume;
-    const double upper = decode_sum(reader_.header(), i, code);
-    const double lower = decode_sum(reader_.header(), i, static_cast<SquaredErrorCode>(code - 1));
+    const double upper = decode_sum(reader_.header(), i, content_.errors_per_record, code);
+    const double lower =
+        decode_sum(reader_.header(), i, content_.errors_per_record, static_cast<SquaredErrorCode>(code - 1));
     if (rise <= upper + slack && rise >= lower - slack) return;
     wrong(r, what);
   }

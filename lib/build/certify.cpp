@@ -75,7 +75,6 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
   std::uint64_t none = 0;
   std::uint64_t& done = certified_before != nullptr ? *certified_before : none;
   const std::size_t field_count = fields.field_count();
-  if (field_count == 0) return;
   if (done == 0) {
     records.squared_error.assign(records.size() * field_count, 0.0);
     records.uncovered_volume.assign(records.size(), 0.0);

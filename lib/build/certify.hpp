@@ -1,5 +1,5 @@
 // Certification: after the collapses, the recorded field errors are replaced by exact ones, and the integrals of the
-// squared error, from which the mean square error of every cut follows, are added.
+// squared error and the volume that is not covered, from which the mean square error of every cut follows, are added.
 //
 // A version's error does not depend on the cut it stands in, so each can be measured by itself, in parallel, and holds
 // in every mesh that is ever extracted.
@@ -22,7 +22,7 @@ namespace ptet::build {
 
 /// Raises the field errors of every record to the exact maximum over the part of its coarse versions in the domain.
 /// What was seen at removed vertices that lie outside of the simplified domain stays in them.
-/// Sets the squared errors and what is uncovered, exact but for rounding; neither where there are no fields.
+/// Sets the squared errors and what is uncovered, exact but for rounding.
 /// `certified`, when not null: how many records have been certified before, in the same stream; kept up to date, and
 /// the stream with it, whenever `progress` is called.
 /// Runs in the caller's task arena. Throws Error(kCancelled).

@@ -62,13 +62,13 @@ void for_each_modified_face(const WorkingComplex& complex, Vertex vs, Vertex vd,
 /// What vs -> vd adds to the volume of the mesh; 0 where that may be rounding, as it is for vs inside.
 [[nodiscard]] inline double volume_added(const WorkingComplex& complex, const std::vector<Point>& positions, Vertex vs,
                                          Vertex vd) {
-  double before = 0, after = 0; // six times
+  double before = 0, after = 0;
   for (const SlotId s : complex.star(vs))
-    if (!complex.is_ghost(complex.slot(s))) before += determinant(corner_points(complex.slot(s).v, positions));
+    if (!complex.is_ghost(complex.slot(s))) before += tet_volume(corner_points(complex.slot(s).v, positions));
   for_each_modified_tet(complex, vs, vd, [&](SlotId, const std::array<Vertex, 4>& corners) {
-    after += determinant(corner_points(corners, positions));
+    after += tet_volume(corner_points(corners, positions));
   });
-  return std::abs(after - before) > kVolumeRounding * before ? (after - before) / 6 : 0;
+  return std::abs(after - before) > kVolumeRounding * before ? after - before : 0;
 }
 
 [[nodiscard]] inline bool is_on_boundary(const WorkingComplex& complex, Vertex v) {

@@ -114,15 +114,16 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   need.prepare = whole(mesh + (16 + 5 + 16 + 48) * tets + (24 + 40) * vertices + 120 * faces);
 
   const double prepared = mesh + (24 + 5 + 16 * channels) * vertices + 12 * faces;
-  const double stream = 16 * versions + kListGrowth * (4 * consumed + (50 + 8 * fields * (is_exact ? 3 : 1)) * records);
+  const double stream =
+      16 * versions +
+      kListGrowth * (4 * consumed + (50 + 8 * fields * (is_exact ? 3 : 1) + (is_exact ? 8 : 0)) * records);
   const double complex = 32 * slots + (12 + 24) * vertices + kPoolGrowth * (16 * tets + 12 * faces) +
                          (is_exact ? kSurfaceBound : kSurfaceSampled) * faces;
   const double quadrics = (12 + 112 * channels) * vertices + 100 * faces;
   const double candidates = (44 + 10) * vertices + threads * 4 * vertices;
   const double samples = options.evaluation == Evaluation::kSamples ? (24 + 8 + 9 + 8 * channels) * tets : 0;
   const double measuring = is_exact ? exact_bytes(vertices, tets, faces, threads) : 0;
-  const double integrals =
-      options.prediction == Prediction::kExact ? 8 * fields * (slots + vertices) + 8 * vertices : 0;
+  const double integrals = options.prediction == Prediction::kExact ? 8 * (fields + 1) * (slots + vertices) : 0;
   const double afterwards = 4 * versions + (4 * kParents + 40) * records + 60 * faces; // finding crossing cuts
   const double looping = quadrics + candidates + samples + integrals + (measures_in_loop(options) ? measuring : 0);
   need.collapse = whole(prepared + stream + complex + 9 * vertices +
@@ -132,7 +133,7 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   const double refinement = (16 + 4) * versions + 24 * slots +
                             kListGrowth * (4 * kModified + 5 * kParents + 4 * (kConsumed - kModified)) * records +
                             50 * records;
-  const double per_record = 24 + 60 + 4 * (fields + 1) + 12 * fields;
+  const double per_record = 24 + 60 + 4 * (fields + 1) + (is_exact ? 12 * (fields + 1) : 0);
   // Sorted, numbered, as bytes and as a zstd frame with what level 19 works in.
   const double raw_order = 5 * tets + 4 * vertices;
   const double input_order =

@@ -179,6 +179,7 @@ ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info
     filled.max_domain_error = of.max_domain_error;
     filled.has_input_order = of.has_input_order ? 1 : 0;
     filled.errors_are_bounds = of.errors_are_bounds ? 1 : 0;
+    filled.base_covered = of.base_covered.value_or(kNotANumber);
     fill(info, filled, "the dataset info");
   });
 }

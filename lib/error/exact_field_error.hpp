@@ -64,10 +64,11 @@ public:
   void measure(const Tet& version, Workspace& workspace, std::span<double> errors) const;
 
   /// The same, and adds to `squared` (one a field and one more) the integrals of the squared error over `version` and
-  /// the domain, in squared units of the values times volume, and last the volume of `version` outside of the domain;
-  /// less than 0 where parts of the domain overlap. Exact but for rounding, some 1e-15 of the integral over the
-  /// original tets that `version` meets; up to kVolumeRounding of its volume counts as none. Cost: that of the errors
-  /// alone. Gives up, and returns false, when an error passes its `limit` (one a field): both are lower bounds then.
+  /// the domain, in squared units of the values times volume, and last the volume of `version` outside of the domain
+  /// (where parts of the domain overlap: its volume less theirs, but no less than 0). Exact but for rounding, some
+  /// 1e-15 of the integral over the original tets that `version` meets; up to kVolumeRounding of its volume counts as
+  /// none. Cost: that of the errors alone. Gives up, and returns false, when an error passes its `limit` (one a field):
+  /// errors and integrals are lower bounds then, and the volume says nothing.
   bool measure(const Tet& version, Workspace& workspace, std::span<double> errors, std::span<double> squared,
                std::span<const double> limit) const;
   void measure(const Tet& version, Workspace& workspace, std::span<double> errors, std::span<double> squared) const;

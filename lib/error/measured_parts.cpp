@@ -189,7 +189,7 @@ void MeasuredParts::take_in_values(std::uint32_t v, std::uint32_t w) {
 void MeasuredParts::take_rest() {
   if (squared_.empty()) return;
   const double volume = view_.determinant() / 6;
-  if (const double rest = volume - covered_; std::abs(rest) > kVolumeRounding * volume) squared_.back() += rest;
+  if (const double rest = volume - covered_; rest > kVolumeRounding * volume) squared_.back() += rest;
 }
 
 /// Whether a part of an original tet has no volume but what rounding gave it. What touches from outside, as across a

@@ -245,7 +245,7 @@ void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& app
   }
   for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r)
     for (std::size_t i = 0; i < sums.size() && applied[r] == 0; ++i)
-      sums[i].add(file::decode_sum(hierarchy.header(), i, codes[r * sums.size() + i]));
+      sums[i].add(file::decode_sum(hierarchy.header(), i, sums.size(), codes[r * sums.size() + i]));
 }
 
 // Both sums are upper bounds, so the part that is covered is a lower one, and their quotient an upper one again. Where

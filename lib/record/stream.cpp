@@ -29,7 +29,9 @@ std::string check_counts(const RecordStream& s) {
   if (s.versions.size() < std::size_t{s.original_tet_count} + s.original_ghost_count)
     return "there are fewer versions than original tets and ghosts";
   if (!(s.volume >= 0) || !std::isfinite(s.volume)) return "the volume is no finite number";
-  if (!s.squared_error.empty() && !(s.volume > 0)) return "there are squared errors but no volume";
+  if (!s.squared_error.empty() && s.uncovered_volume.empty())
+    return "there are squared errors but no uncovered volumes";
+  if (!s.uncovered_volume.empty() && !(s.volume > 0)) return "there are squared errors but no volume";
   if (!(s.diagonal >= 0) || !std::isfinite(s.diagonal)) return "the diagonal is no length";
   for (const GoverningField& field : s.fields)
     if (!(field.range >= 0) || !std::isfinite(field.range))

@@ -434,10 +434,10 @@ TEST_CASE("the mean square error of any cut is the sum over the collapses that a
         const double part = sample.stream.uncovered_volume[i] / volume;
         uncovered += part;
         at_most +=
-            part + std::max(0.0906 * std::fabs(part), part > 0 ? 0x1p-8 / static_cast<double>(applied.size()) : 0);
+            part + std::max(0.0906 * std::fabs(part), part != 0 ? 0x1p-8 / static_cast<double>(applied.size()) : 0);
       }
-      CHECK(*covered <= std::max(0.0, 1 - uncovered) + 1e-12);
-      CHECK(*covered >= std::max(0.0, 1 - at_most) - 1e-12);
+      CHECK(*covered <= std::clamp(1 - uncovered, 0.0, 1.0) + 1e-12);
+      CHECK(*covered >= std::clamp(1 - at_most, 0.0, 1.0) - 1e-12);
       for (std::size_t f = 0; f < fields; ++f) {
         double sum = 0, coarsely_rounded = 0;
         for (std::size_t i = 0; i < applied.size(); ++i) {

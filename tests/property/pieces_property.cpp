@@ -1,6 +1,7 @@
 // Builds over pieces: what is decided in one piece does not touch another, the file does not depend on who collapsed
 // the pieces, and it keeps all promises of a build of the whole: sound meshes, true errors, the original restored.
 #include "build/builder.hpp"
+#include "build/mesh_scales.hpp"
 #include "build/piece_decisions.hpp"
 #include "ptet/error.hpp"
 #include "ptet/pieces_build.hpp"
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -153,16 +155,22 @@ void check_squared_error(const Built& built) {
     double stated = 0;
     for (std::size_t r = 0; r < stream.size(); ++r)
       stated += stream.squared_error[r * fields + f];
-    double integral = 0;
-    for (const Tet& original : built.prepared.mesh.tets)
-      for (std::size_t t = 0; t < base.tets.size(); ++t)
-        if (base.tet_maker[t] != test::CutMesh::kOriginal)
-          for (const double part : test::integrals_over_overlap(
-                                       built.prepared.points, built.prepared.mesh.point_arrays[stream.fields[f].array],
-                                       original, base.tets[t])
-                                       .squared)
-            integral += part;
+    double integral = 0, covered = 0;
+    for (std::size_t t = 0; t < base.tets.size(); ++t) {
+      if (base.tet_maker[t] == test::CutMesh::kOriginal) {
+        covered += build::volume_of(built.prepared, base.tets[t]);
+        continue;
+      }
+      for (const Tet& original : built.prepared.mesh.tets) {
+        const auto found = test::integrals_over_overlap(
+            built.prepared.points, built.prepared.mesh.point_arrays[stream.fields[f].array], original, base.tets[t]);
+        integral = std::accumulate(found.squared.begin(), found.squared.end(), integral);
+        covered += found.volume;
+      }
+    }
     CHECK(stated == Approx(integral).epsilon(1e-6));
+    const double uncovered = std::accumulate(stream.uncovered_volume.begin(), stream.uncovered_volume.end(), 0.0);
+    CHECK(std::abs(stream.volume - uncovered - covered) <= 1e-9 * stream.volume);
   }
 }
 

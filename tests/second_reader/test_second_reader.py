@@ -72,7 +72,9 @@ def describe(file, record):
         columns = range(array.first_column, array.first_column + array.components)
         yield f"{printable(array.name)}: " + text(file.values[i][record.vertex] for i in columns)
     codes = "".join(f" {own} / {monotone}" for own, monotone in zip(record.own, record.monotone))
-    squared = ", squared:" + "".join(f" {code}" for code in record.squared) if file.squared else ""
+    *squared, uncovered = record.squared or [None]
+    squared = ", squared:" + "".join(f" {code}" for code in squared) if squared else ""
+    squared += f", uncovered: {uncovered}" if file.squared else ""
     yield f"error codes, own / monotone:{codes}{squared}"
     yield f"order code: {record.order}"
     if record.parents:

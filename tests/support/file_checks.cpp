@@ -134,7 +134,7 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
     if (records.uncovered_volume.empty()) continue;
     const double uncovered = records.uncovered_volume[i];
     const auto code = content.squared_error[in_file[i].index() * (fields + 1) + fields];
-    const double read = file::decode_sum(header, fields, code) * records.volume;
+    const double read = file::decode_sum(header, fields, fields + 1, code) * records.volume;
     const double ulps = 1e-14 * std::fabs(uncovered),
                  least = records.volume / 256 / static_cast<double>(records.size());
     below += read < uncovered - ulps ? 1 : 0;

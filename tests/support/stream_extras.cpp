@@ -35,8 +35,12 @@ void add_random_squared_errors(RecordStream& stream, unsigned seed) {
     if (random() % 50 == 0) value = range * range * stream.volume * std::exp2(20 - 100 * uniform());
     stream.squared_error.push_back(range > 0 ? value : 0);
   }
-  for (const double error : stream.domain_error)
-    stream.uncovered_volume.push_back(error > 0 ? stream.volume * std::exp2(-5 - 20 * uniform()) : 0);
+  for (const double error : stream.domain_error) {
+    double part = std::exp2(-3 - 30 * uniform());
+    if (random() % 3 == 0) part = -part / 2;
+    if (random() % 50 == 0) part = std::exp2(20 - 60 * uniform());
+    stream.uncovered_volume.push_back(error > 0 && random() % 20 != 0 ? part * stream.volume : 0);
+  }
 }
 
 } // namespace ptet::test

@@ -133,6 +133,7 @@ TEST_CASE("C interface: what a file says of itself is what the C++ interface say
   CHECK(Point{info.box_max[0], info.box_max[1], info.box_max[2]} == of.box_max);
   CHECK(info.diagonal == of.diagonal);
   CHECK(info.max_domain_error == of.max_domain_error);
+  CHECK((of.base_covered ? info.base_covered == *of.base_covered : std::isnan(info.base_covered)));
   REQUIRE(info.fields == of.fields.size());
   std::size_t governing = 0;
   for (std::uint32_t f = 0; f < info.fields; ++f) {

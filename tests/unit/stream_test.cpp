@@ -56,7 +56,7 @@ TEST_CASE("record stream: every spoiled one is found out") {
   CHECK(verdict([](RecordStream& s) { s.fields[0].range = INFINITY; }) != "");
   CHECK(verdict([](RecordStream& s) { s.also_needs.push_back(1); }) != "");
   CHECK(verdict([](RecordStream& s) { s.volume = -1; }) != "");
-  CHECK(verdict([](RecordStream& s) { s.squared_error.assign(s.field_error.size(), 0); }) != ""); // but no volume
+  CHECK(verdict([](RecordStream& s) { s.squared_error.assign(s.field_error.size(), 0); }) != ""); // but no volumes
   CHECK(verdict([](RecordStream& s) { s.also_needs_begin.pop_back(); }) != "");
 }
 

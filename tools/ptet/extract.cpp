@@ -265,9 +265,9 @@ the length counts. --view keeps the boundary sharp to --pixels in a picture in p
 30 degrees unless it says; size 1920x1080); what is out of the picture may have --outside times the errors.
 
 --json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "errors_are_bounds": true | false,
-"rms_error": {NAME: x} | null, "covered": x | null}, "vertices", "tets", "bytes", "bytes_read", "read_requests", "seconds", "limited_by":
-"error" | "budget" | "time" | "focus" | "nothing" | "memory" | "unreadable", "complete": true | false, "failures":
-[{"block", "byte_offset", "message"}], "notes": [TEXT], "output"}: errors absolute, seconds for opening and extraction
+"rms_error": {NAME: x} | null, "covered": x | null}, "vertices", "tets", "bytes", "bytes_read", "read_requests",
+"seconds", "limited_by": "error" | "budget" | "time" | "focus" | "nothing" | "memory" | "unreadable", "complete": true |
+false, "failures": [{"block", "byte_offset", "message"}], "notes": [TEXT], "output"}: errors absolute, seconds for opening and extraction
 ("write_seconds" for the writing), bytes those that --bytes counts. Errors are no bounds where the build has not
 measured them everywhere (--evaluate). With a focus, values or a view "achieved" has the errors there by themselves:
 "in_focus" and "at_values", lists in the order asked (isovalues first), and "in_view" with "pixels" (null where an eye

@@ -96,8 +96,9 @@ struct Extraction {
   /// empty when the build did not measure it. Never below what the build measured, and above it only by the rounding of
   /// the file: up to 4.5% where no collapse lowered the error, and by that of `covered`.
   std::vector<double> rms_error;
-  /// So much of the volume of the original the mesh covers at least, from 0 to 1; none where rms_error is empty. Below
-  /// the truth by the rounding of the file only: up to 9% of what is not covered where no collapse covered more.
+  /// So much of the volume of the original the mesh covers at least, from 0 to 1; none when the build did not measure
+  /// it. Below the truth by the rounding of the file only: up to 9% of what is not covered where no collapse covered
+  /// more, and 2^-8 of the volume for many small parts. No bound where the original overlaps itself.
   std::optional<double> covered;
   /// The largest domain error of a boundary face of the mesh, mesh units: how far the part of the original boundary
   /// that the face stands for is from it, and any of its points from the original boundary. In a file built with exact

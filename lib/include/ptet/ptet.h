@@ -140,6 +140,7 @@ typedef struct ptet_dataset_info {
   double max_domain_error;   /* of the coarsest mesh, mesh units */
   int32_t has_input_order;   /* 1: the file keeps the order of its input (ptet_request_set_input_order) */
   int32_t errors_are_bounds; /* 0: errors are what the build has seen, and the true ones may be larger */
+  double base_covered;       /* of the coarsest mesh, as ptet_extraction_covered */
 } ptet_dataset_info;
 
 typedef struct ptet_field_info {
@@ -380,7 +381,8 @@ double ptet_extraction_pixels_in_view(const ptet_extraction* extraction);
 /* The root mean square of the field's error over that part of the original domain which the mesh covers, in the field's
  * units; NaN when the build did not measure it. */
 double ptet_extraction_rms_error(const ptet_extraction* extraction, uint32_t field);
-/* So much of the original's volume the mesh covers at least, from 0 to 1; NaN when the build did not measure it. */
+/* So much of the original's volume the mesh covers at least, from 0 to 1; NaN when the build did not measure it. No
+ * bound where the original overlaps itself. */
 double ptet_extraction_covered(const ptet_extraction* extraction);
 
 /* ---- Sessions: a mesh that follows its requests, for viewers ---- */

@@ -65,8 +65,8 @@ class Extraction:
             point that the mesh covers has a larger one.
         rms_error: by governing field the root mean square error over that part of the original domain which the mesh
             covers; empty when the build measured none.
-        covered: so much of the original's volume the mesh covers at least, from 0 to 1; None when the build measured no
-            rms_error.
+        covered: so much of the original's volume the mesh covers at least, from 0 to 1; None when the build did not
+            measure it. No bound where the original overlaps itself.
         domain_error: largest distance between the mesh's boundary and the original one, either way, mesh units.
         in_focus: PartErrors of what meets each focus region.
         at_values: PartErrors of what may take each of the values of interest.
