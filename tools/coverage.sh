@@ -17,7 +17,7 @@ log=$build/log.txt
 detail=${1:-}
 folders=(lib/lod lib/record formats/ptet lib/error lib/build lib/mesh lib/capi)
 read -ra programs <<<"${PTET_COVERAGE_TESTS:-unit_tests golden_tests fuzz_tests build_property_tests \
-cut_property_tests fuzz_replay memory_limit_test c_interface_test out_of_memory_test}"
+cut_property_tests session_property_tests fuzz_replay memory_limit_test c_interface_test out_of_memory_test}"
 
 case $detail in
   '' | --files | --branches) ;;

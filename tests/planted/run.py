@@ -22,7 +22,8 @@ import time
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 # The quick ones first.
-PROGRAMS = ("golden_tests", "unit_tests", "fuzz_tests", "cut_property_tests", "build_property_tests")
+PROGRAMS = ("golden_tests", "unit_tests", "fuzz_tests", "cut_property_tests", "session_property_tests",
+            "build_property_tests")
 LONGEST = 900  # seconds a program may take: a bug may make it run for ever
 
 
