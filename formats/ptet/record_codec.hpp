@@ -45,11 +45,6 @@ struct RecordKnown {
   InRegion in_region; ///< (VersionId) -> bool
 };
 
-/// Bits coded of each kind, for measurements; a coder without bits() leaves it zero.
-struct CodedBits {
-  double seed = 0, position = 0, growth = 0, arrays = 0, errors = 0, squared = 0, order = 0;
-};
-
 /// Codes records one after the other. Holds scratch for as many vertices as the mesh has.
 class RecordCodec {
 public:
@@ -72,11 +67,8 @@ public:
   void code(Coder& coder, BlockState& state, Content& content, RecordId r, const Known& known,
             std::span<const RecordId> others) {
     next_stamp();
-    bits_mark_ = bits_of_coder(coder);
     code_seeds(coder, state, content, r, known);
-    account(coder, bits_.seed);
     code_position(coder, content, r);
-    account(coder, bits_.position);
     u_position_ = position(content, target_);
     v_position_ = position(content, content.refinement.vertex_of(r));
     const auto joins = [&](const GrowthFace& face) {
@@ -87,19 +79,14 @@ public:
       }
     };
     content.refinement.split(r, target_, seed_versions_, joins, others);
-    account(coder, bits_.growth);
     weigh_link(content);
     code_arrays(coder, content, r);
-    account(coder, bits_.arrays);
     code_errors(coder, schema_, state, content, r, at_boundary_, missed_);
-    account(coder, bits_.errors);
     if (schema_.has_squared_errors) {
       code_squared_errors(coder, schema_, state, content, r, six_star_volumes(content, r));
       code_uncovered(coder, schema_, state, content, r, [&] { return six_volumes_lost(content, r); });
     }
-    account(coder, bits_.squared);
     code_order(coder, schema_, blocks_[state.block].max_order, content, r);
-    account(coder, bits_.order);
   }
 
   /// Box of the star of the record coded last.
@@ -112,7 +99,6 @@ public:
       greatest[axis] = std::max(greatest[axis], star_greatest_[axis]);
     }
   }
-  [[nodiscard]] const CodedBits& bits() const { return bits_; }
 
 private:
   /// Scratch by vertex, valid for the record whose stamp it holds; the last row is the dummy's.
@@ -134,17 +120,6 @@ private:
     double weight;
   };
 
-  template <class Coder>
-  static double bits_of_coder(const Coder& coder) {
-    if constexpr (requires { coder.bits(); }) return coder.bits();
-    return 0;
-  }
-  template <class Coder>
-  void account(const Coder& coder, double& kind) {
-    const double now = bits_of_coder(coder);
-    kind += now - bits_mark_;
-    bits_mark_ = now;
-  }
   void next_stamp() {
     near_.clear();
     if (++stamp_ != 0) return;
@@ -219,8 +194,6 @@ private:
   std::span<const BlockInfo> blocks_;
   LargeVector<Mark> marks_;
   std::uint32_t stamp_ = 0;
-  CodedBits bits_;
-  double bits_mark_ = 0;
 
   // Of the record at hand.
   std::vector<VersionId> seed_versions_;

@@ -368,7 +368,7 @@ void check_header(const Verified& verified, Teller& tell) {
       }
     }
     const auto a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
-    volume += std::abs(dot(a, cross(b, c))) / 6;
+    volume += tet_volume(p);
     rounding += kTetRounding * norm(a) * norm(b) * norm(c);
   }
   if (mesh.tets.empty()) return;

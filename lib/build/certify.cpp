@@ -38,22 +38,16 @@ std::vector<std::uint32_t> consumers(const RecordStream& records) {
   return consumer;
 }
 
-bool moves_boundary(const RecordStream& records, std::size_t record) {
-  const auto consumed = records.consumed(record);
-  return std::any_of(consumed.begin(), consumed.end(),
-                     [&](VersionId t) { return is_ghost(records.versions[t.index()]); });
-}
-
 /// What a collapse adds to the volume of the mesh; 0 where that may be rounding.
 double volume_added(const PreparedMesh& prepared, const RecordStream& records, std::size_t record) {
-  if (!moves_boundary(records, record)) return 0;
+  if (!records.moves_boundary(record)) return 0;
   double before = 0, after = 0;
   for (const VersionId t : records.consumed(record))
     if (const Tet& tet = records.versions[t.index()]; !is_ghost(tet)) before += volume_of(prepared, tet);
   const std::uint32_t first = records.coarse_begin[record].index();
   for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
     if (!is_ghost(records.versions[t])) after += volume_of(prepared, records.versions[t]);
-  return std::abs(after - before) > kVolumeRounding * before ? after - before : 0;
+  return volume_change(before, after);
 }
 
 } // namespace
@@ -119,7 +113,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
       records.uncovered_volume[record] += of_version[field_count];
       if (by != kNoConsumer) records.uncovered_volume[by] -= of_version[field_count];
     }
-    if (!moves_boundary(records, record)) records.uncovered_volume[record] = 0;
+    if (!records.moves_boundary(record)) records.uncovered_volume[record] = 0;
   };
   while (done < records.size()) {
     const std::size_t begin = done;

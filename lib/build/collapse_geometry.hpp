@@ -68,7 +68,7 @@ void for_each_modified_face(const WorkingComplex& complex, Vertex vs, Vertex vd,
   for_each_modified_tet(complex, vs, vd, [&](SlotId, const std::array<Vertex, 4>& corners) {
     after += tet_volume(corner_points(corners, positions));
   });
-  return std::abs(after - before) > kVolumeRounding * before ? after - before : 0;
+  return volume_change(before, after);
 }
 
 [[nodiscard]] inline bool is_on_boundary(const WorkingComplex& complex, Vertex v) {

@@ -199,13 +199,8 @@ private:
   /// of the records they would be all over the tree, one after the other.
   [[nodiscard]] std::vector<Record> by_place() const {
     std::vector<Record> places;
-    for (Record r = 0; r < records_.size(); ++r) {
-      const auto consumed = records_.consumed(r);
-      Face face{};
-      if (std::any_of(consumed.begin(), consumed.end(),
-                      [&](VersionId t) { return face_of_ghost(records_.versions[t.index()], face); }))
-        places.push_back(r);
-    }
+    for (Record r = 0; r < records_.size(); ++r)
+      if (records_.moves_boundary(r)) places.push_back(r);
     std::sort(places.begin(), places.end(),
               [&](Record a, Record b) { return records_.removed[a] < records_.removed[b]; });
     return places;

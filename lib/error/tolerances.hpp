@@ -1,6 +1,8 @@
 // What counts as rounding where errors are measured. Who states errors and who checks them must agree on it.
 #pragma once
 
+#include <cmath>
+
 namespace ptet {
 
 /// A difference of field values up to this part of the values that it is the difference of is rounding. These are
@@ -14,6 +16,11 @@ inline constexpr double kShapeRounding = 0x1p-49;
 inline constexpr double kDistanceRounding = 1e-12;
 /// What is left of a tet's volume, or of those around a vertex, is nothing up to this part of it.
 inline constexpr double kVolumeRounding = 1e-12;
+/// What the volume around a vertex has changed by; 0 where that may be rounding.
+[[nodiscard]] inline double volume_change(double before, double after) {
+  const double change = after - before;
+  return std::abs(change) > kVolumeRounding * before ? change : 0;
+}
 /// A measured error may be off by this fraction of it.
 inline constexpr double kErrorSlack = 1e-9;
 

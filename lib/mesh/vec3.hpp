@@ -31,13 +31,9 @@ inline Vec3 operator*(double s, const Vec3& a) {
 }
 } // namespace vec
 
-/// Six times the signed volume of a tet.
-inline double determinant(const std::array<Vec3, 4>& tet) {
-  using namespace vec;
-  return dot(tet[1] - tet[0], cross(tet[2] - tet[0], tet[3] - tet[0]));
-}
 inline double tet_volume(const std::array<Vec3, 4>& tet) {
-  return std::abs(determinant(tet)) / 6;
+  using namespace vec;
+  return std::abs(dot(tet[1] - tet[0], cross(tet[2] - tet[0], tet[3] - tet[0]))) / 6;
 }
 
 } // namespace ptet

@@ -115,6 +115,12 @@ std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
 
 } // namespace
 
+bool RecordStream::moves_boundary(std::size_t record) const {
+  const auto of_record = consumed(record);
+  return std::any_of(of_record.begin(), of_record.end(),
+                     [&](VersionId t) { return contains(versions[t.index()], kDummyVertex); });
+}
+
 void RecordStream::append_errors(const RecordStream& other, std::size_t record, std::size_t field_count) {
   const auto append = [&](const std::vector<double>& from, std::vector<double>& to) {
     if (from.empty()) return;

@@ -83,6 +83,8 @@ struct RecordStream {
   [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
     return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
   }
+  /// Whether the collapse moved the boundary: it consumed a ghost.
+  [[nodiscard]] bool moves_boundary(std::size_t record) const;
   /// Appends the field errors, the squared errors and the uncovered volume of record `record` of `other`, which has the
   /// same fields: so many as `field_count`.
   void append_errors(const RecordStream& other, std::size_t record, std::size_t field_count);
