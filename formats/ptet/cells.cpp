@@ -21,9 +21,9 @@ constexpr std::size_t kSample = 4096;
 
 class Divider {
 public:
-  Divider(const TetMesh& mesh, const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+  Divider(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
           const std::vector<std::uint32_t>& generation, std::size_t most_records)
-      : mesh_(mesh), records_(records), consumers_(consumers), generation_(generation), most_records_(most_records),
+      : mesh_(mesh), records_(records), parents_(parents), generation_(generation), most_records_(most_records),
         reach_(records.size()), in_set_(records.size(), 0) {}
 
   CellTree run() {
@@ -55,7 +55,7 @@ private:
       return std::pair(generation_[b], a) < std::pair(generation_[a], b);
     });
     for (const std::uint32_t record : fine_to_coarse) {
-      for_each_parent(records_, consumers_, record, [&](std::uint32_t parent) {
+      for_each_parent(records_, parents_, record, [&](std::uint32_t parent) {
         if (in_set_[parent] != stamp_) return;
         for (std::size_t axis = 0; axis < 3; ++axis) {
           reach_[parent].least[axis] = std::min(reach_[parent].least[axis], reach_[record].least[axis]);
@@ -141,7 +141,7 @@ private:
 
   const TetMesh& mesh_;
   const RecordStream& records_;
-  const std::vector<std::uint32_t>& consumers_;
+  const StreamParents& parents_;
   const std::vector<std::uint32_t>& generation_;
   const std::size_t most_records_;
   std::vector<Reach> reach_;
@@ -169,10 +169,9 @@ std::vector<CellTree::Node> CellTree::parts(const std::vector<std::size_t>& coun
   return parts;
 }
 
-CellTree divide_into_cells(const TetMesh& mesh, const RecordStream& records,
-                           const std::vector<std::uint32_t>& consumers, const std::vector<std::uint32_t>& generation,
-                           std::size_t most_records) {
-  return Divider(mesh, records, consumers, generation, most_records).run();
+CellTree divide_into_cells(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
+                           const std::vector<std::uint32_t>& generation, std::size_t most_records) {
+  return Divider(mesh, records, parents, generation, most_records).run();
 }
 
 } // namespace ptet::file

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "ptet/mesh.hpp"
+#include "record/parents.hpp"
 #include "record/stream.hpp"
 
 #include <cstdint>
@@ -34,10 +35,9 @@ struct CellTree {
 };
 
 /// At most `most_records` in each cell but where no plane divides them.
-/// `consumers`: find_consumers(); `generation`: by record, greater than that of each parent. The result depends on the
+/// `parents`: of the stream; `generation`: by record, greater than that of each parent. The result depends on the
 /// arguments alone.
-[[nodiscard]] CellTree divide_into_cells(const TetMesh& mesh, const RecordStream& records,
-                                         const std::vector<std::uint32_t>& consumers,
+[[nodiscard]] CellTree divide_into_cells(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
                                          const std::vector<std::uint32_t>& generation, std::size_t most_records);
 
 } // namespace ptet::file

@@ -33,10 +33,9 @@ void order_base(const RecordStream& records, const std::vector<std::uint64_t>& c
   std::vector<char> removed(codes.size()), used(codes.size());
   for (const VertexId v : records.removed)
     removed[v.index()] = 1;
-  for (const Tet& tet : records.original_tets()) {
+  for (const Tet& tet : records.slots) // a vertex that no record removed is still in one
     for (const VertexId v : tet)
-      used[v.index()] = 1;
-  }
+      if (v != kDummyVertex) used[v.index()] = 1;
   for (std::uint32_t v = 0; v < codes.size(); ++v) {
     if (removed[v] == 0) order.mesh_vertex.push_back(VertexId{v});
   }
@@ -49,17 +48,17 @@ void order_base(const RecordStream& records, const std::vector<std::uint64_t>& c
 
 /// For each record the length of the longest chain of records, from one without parents to it, each a parent of the
 /// next.
-std::vector<std::uint32_t> generations_of(const RecordStream& records, const std::vector<std::uint32_t>& consumers) {
+std::vector<std::uint32_t> generations_of(const RecordStream& records, const StreamParents& parents) {
   std::vector<std::uint32_t> generation(records.size());
   for (std::size_t i = records.size(); i-- > 0;) {
-    for_each_parent(records, consumers, i,
+    for_each_parent(records, parents, i,
                     [&](std::uint32_t parent) { generation[i] = std::max(generation[i], generation[parent] + 1); });
   }
   return generation;
 }
 
 /// For each record the largest error code of it and of all that depend on it: cuts with smaller errors need it.
-std::vector<ErrorCode16> needed_at(const RecordStream& records, const std::vector<std::uint32_t>& consumers) {
+std::vector<ErrorCode16> needed_at(const RecordStream& records, const StreamParents& parents) {
   const std::size_t fields = records.fields.size();
   std::vector<ErrorCode16> code(records.size());
   const auto raise = [&](std::size_t record, double error, double scale) {
@@ -69,16 +68,15 @@ std::vector<ErrorCode16> needed_at(const RecordStream& records, const std::vecto
     for (std::size_t f = 0; f < fields; ++f)
       raise(i, records.largest_error(i, f), records.fields[f].range);
     raise(i, records.domain_error[i], records.diagonal);
-    for_each_parent(records, consumers, i,
-                    [&](std::uint32_t parent) { code[parent] = std::max(code[parent], code[i]); });
+    for_each_parent(records, parents, i, [&](std::uint32_t parent) { code[parent] = std::max(code[parent], code[i]); });
   }
   return code;
 }
 
 /// Records by the error at which they are needed, largest first; then coarse before fine.
-std::vector<std::uint32_t> by_error(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+std::vector<std::uint32_t> by_error(const RecordStream& records, const StreamParents& parents,
                                     const std::vector<std::uint32_t>& generation) {
-  const auto code = needed_at(records, consumers);
+  const auto code = needed_at(records, parents);
   std::vector<std::uint32_t> order(records.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -90,9 +88,9 @@ std::vector<std::uint32_t> by_error(const RecordStream& records, const std::vect
 /// Two orders in one: each record stands by its rank in by_error() or among the collapses from the last to the first,
 /// whichever is less. So a cut of n records, by error or by a budget, finds them among the first 2n. A record's parents
 /// come before it in both orders, and so they do here.
-std::vector<std::uint32_t> coarse_to_fine(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+std::vector<std::uint32_t> coarse_to_fine(const RecordStream& records, const StreamParents& parents,
                                           const std::vector<std::uint32_t>& generation) {
-  std::vector<std::uint32_t> order = by_error(records, consumers, generation);
+  std::vector<std::uint32_t> order = by_error(records, parents, generation);
   std::vector<std::uint32_t> rank(records.size());
   for (std::uint32_t i = 0; i < order.size(); ++i)
     rank[order[i]] = std::min(i, static_cast<std::uint32_t>(records.size()) - 1 - order[i]);
@@ -115,10 +113,10 @@ std::vector<std::size_t> level_ends(std::size_t record_count, std::size_t base_v
 }
 
 /// The level of each record; returns how many levels there are.
-std::size_t number_levels(const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+std::size_t number_levels(const RecordStream& records, const StreamParents& parents,
                           const std::vector<std::uint32_t>& generation, std::size_t base_vertices,
                           std::vector<std::uint32_t>& level) {
-  const auto by_rank = coarse_to_fine(records, consumers, generation);
+  const auto by_rank = coarse_to_fine(records, parents, generation);
   std::size_t begin = 0, levels = 0;
   for (const std::size_t end : level_ends(records.size(), base_vertices)) {
     for (; begin < end; ++begin)
@@ -177,26 +175,17 @@ std::vector<std::uint64_t> morton_codes(const PointArray& positions) {
   return codes;
 }
 
-std::vector<std::uint32_t> find_consumers(const RecordStream& records) {
-  std::vector<std::uint32_t> consumers(records.versions.size(), RecordId::kNone);
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    for (const VersionId t : records.consumed(i))
-      consumers[t.index()] = static_cast<std::uint32_t>(i);
-  }
-  return consumers;
-}
-
-FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const std::vector<std::uint32_t>& consumers,
+FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
                      std::uint32_t records_per_block) {
   FileOrder order;
   const auto codes = morton_codes(mesh.positions);
   order_base(records, codes, order);
-  const auto generation = generations_of(records, consumers);
+  const auto generation = generations_of(records, parents);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
 
   std::vector<std::uint32_t> level(records.size());
-  const std::size_t levels = number_levels(records, consumers, generation, order.base_vertex_count, level);
-  const CellTree tree = divide_into_cells(mesh, records, consumers, generation, kBlocksPerCell * records_per_block);
+  const std::size_t levels = number_levels(records, parents, generation, order.base_vertex_count, level);
+  const CellTree tree = divide_into_cells(mesh, records, parents, generation, kBlocksPerCell * records_per_block);
   std::vector<std::vector<Records>> pieces = pieces_of_levels(tree, level, levels, records_per_block / 2);
   for (auto& of_level : pieces) {
     for (auto& piece : of_level) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "ptet/mesh.hpp"
+#include "record/parents.hpp"
 #include "record/stream.hpp"
 
 #include <cstdint>
@@ -29,23 +30,18 @@ struct FileOrder {
 /// says it ("In a block"). `positions`: n x 3; what is not finite is in the first or last cell.
 [[nodiscard]] std::vector<std::uint64_t> morton_codes(const PointArray& positions);
 
-/// For each version of the stream the record that consumed it; RecordId::kNone for those of the base.
-[[nodiscard]] std::vector<std::uint32_t> find_consumers(const RecordStream& records);
-
 /// Calls `visit` with each stream record that must be split before `record`: those that consumed what it made, and the
-/// others it needs. May repeat one.
+/// others it needs. May repeat one. `parents`: of the same stream.
 template <class Visit>
-void for_each_parent(const RecordStream& records, const std::vector<std::uint32_t>& consumers, std::size_t record,
-                     Visit&& visit) {
-  const std::uint32_t first = records.coarse_begin[record].index();
-  for (std::uint32_t t = first; t < first + records.modified_count[record]; ++t)
-    if (consumers[t] != RecordId::kNone) visit(consumers[t]);
+void for_each_parent(const RecordStream& records, const StreamParents& parents, std::size_t record, Visit&& visit) {
+  for (const std::uint32_t parent : parents.of(record))
+    visit(parent);
   for (const std::uint32_t other : records.others_needed(record))
     visit(other);
 }
 
-/// `consumers`: see above. The order depends on the mesh and the stream alone.
-[[nodiscard]] FileOrder order_file(const TetMesh& mesh, const RecordStream& records,
-                                   const std::vector<std::uint32_t>& consumers, std::uint32_t records_per_block);
+/// `parents`: of the stream. The order depends on the mesh and the stream alone.
+[[nodiscard]] FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
+                                   std::uint32_t records_per_block);
 
 } // namespace ptet::file

@@ -58,7 +58,7 @@ void SeedChoice::choose_for(const std::vector<Probability>& model, std::uint32_t
     const Choice best = cheapest(model, number, history, refinement, r, scratch.reached);
     seeds.push_back(best.seed);
     history.note(best.seed, best.rank);
-    left -= reach(refinement, r, best.version, scratch);
+    left -= reach(refinement, r, best.place, scratch);
   }
 }
 
@@ -67,15 +67,16 @@ SeedChoice::Choice SeedChoice::cheapest(const std::vector<Probability>& model, s
                                         const SeedHistory& history, const Refinement& refinement, RecordId r,
                                         const std::vector<char>& reached) const {
   const std::uint32_t record = order_.stream_record[r.index()];
-  const std::uint32_t first = records_.coarse_begin[record].index();
+  const auto modified = records_.modified(record);
   const VertexId target = order_.file_vertex[records_.target[record].index()];
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
   Choice best{};
   for (std::uint32_t i = 0; i < reached.size(); ++i) {
     if (reached[i] != 0) continue;
-    const VersionId version = match_.version_of(first + i);
-    if (version.is_none()) throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
-    const Seed tried = seed_at(refinement, number, version, target);
+    const std::uint32_t place = match_.place_of(modified[i]);
+    if (place == SlotMatch::kNone)
+      throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
+    const Seed tried = seed_at(refinement, number, refinement.version_at(place), target);
     BitMeter meter(model);
     Seed seed = tried;
     std::uint32_t rank = 0;
@@ -88,23 +89,23 @@ SeedChoice::Choice SeedChoice::cheapest(const std::vector<Probability>& model, s
 }
 
 /// Goes from a version of the region to all that hang together with it; returns how many these are.
-std::uint32_t SeedChoice::reach(const Refinement& refinement, RecordId r, std::uint32_t version,
-                                Scratch& scratch) const {
+std::uint32_t SeedChoice::reach(const Refinement& refinement, RecordId r, std::uint32_t place, Scratch& scratch) const {
   const std::uint32_t record = order_.stream_record[r.index()];
-  const std::uint32_t first = records_.coarse_begin[record].index();
+  const auto modified = records_.modified(record);
   const VertexId target = order_.file_vertex[records_.target[record].index()];
   std::uint32_t count = 0;
-  scratch.front.assign(1, version);
-  scratch.reached[version] = 1;
+  scratch.front.assign(1, place);
+  scratch.reached[place] = 1;
   while (!scratch.front.empty()) {
-    const VersionId at = match_.version_of(first + scratch.front.back());
+    const VersionId at = refinement.version_at(match_.place_of(modified[scratch.front.back()]));
     scratch.front.pop_back();
     ++count;
     for (std::uint32_t corner = 0; corner < 4; ++corner) {
       const VersionId behind = refinement.neighbour(at, corner);
       if (refinement.vertices(at)[corner] == target || behind.is_none()) continue;
-      const std::uint32_t next = match_.stream_of(behind) - first;
-      if (next >= scratch.reached.size() || scratch.reached[next] != 0) continue;
+      const auto found = std::find(modified.begin(), modified.end(), match_.slot_of(refinement.place_of(behind)));
+      const auto next = static_cast<std::uint32_t>(found - modified.begin());
+      if (next == modified.size() || scratch.reached[next] != 0) continue;
       scratch.reached[next] = 1;
       scratch.front.push_back(next);
     }

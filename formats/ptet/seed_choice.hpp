@@ -8,7 +8,7 @@
 
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/record_codec.hpp"
-#include "formats/ptet/version_match.hpp"
+#include "formats/ptet/slot_match.hpp"
 
 #include <cstdint>
 #include <span>
@@ -22,7 +22,7 @@ class SeedChoice {
 public:
   /// `block_of`: by record of the file. All must outlive the object.
   SeedChoice(const RecordStream& records, const FileOrder& order, const Schema& schema,
-             std::span<const BlockInfo> infos, std::span<const std::uint32_t> block_of, const VersionMatch& match)
+             std::span<const BlockInfo> infos, std::span<const std::uint32_t> block_of, const SlotMatch& match)
       : records_(records), order_(order), schema_(schema), infos_(infos), block_of_(block_of), match_(match) {}
 
   /// Chooses for a group of records (of the file), none of which has been split: those of a block in a row, as they
@@ -41,7 +41,7 @@ private:
   };
   /// Of all there is to choose from.
   struct Choice {
-    std::uint32_t version; ///< of the region
+    std::uint32_t place; ///< among the modified slots
     Seed seed;
     std::uint32_t rank;
   };
@@ -53,7 +53,7 @@ private:
                   const Refinement& refinement, RecordId r, std::vector<Seed>& seeds, Scratch& scratch) const;
   [[nodiscard]] Choice cheapest(const std::vector<Probability>& model, std::uint32_t number, const SeedHistory& history,
                                 const Refinement& refinement, RecordId r, const std::vector<char>& reached) const;
-  [[nodiscard]] std::uint32_t reach(const Refinement& refinement, RecordId r, std::uint32_t version,
+  [[nodiscard]] std::uint32_t reach(const Refinement& refinement, RecordId r, std::uint32_t place,
                                     Scratch& scratch) const;
 
   const RecordStream& records_;
@@ -61,7 +61,7 @@ private:
   const Schema& schema_;
   std::span<const BlockInfo> infos_;
   std::span<const std::uint32_t> block_of_;
-  const VersionMatch& match_;
+  const SlotMatch& match_;
   std::vector<std::vector<Seed>> seeds_;  ///< by place in the group
   std::vector<std::size_t> block_begins_; ///< places in the group where another block's records begin, and its end
   oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;

@@ -5,7 +5,7 @@
 #include "formats/ptet/record_codec.hpp"
 #include "formats/ptet/record_runs.hpp"
 #include "formats/ptet/seed_choice.hpp"
-#include "formats/ptet/version_match.hpp"
+#include "formats/ptet/slot_match.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/rows.hpp"
 
@@ -56,8 +56,6 @@ private:
   void take_back(Content& content);
   [[nodiscard]] std::vector<std::size_t> stream_fields() const;
   [[nodiscard]] std::size_t record_count() const { return records_.size(); }
-  [[nodiscard]] std::span<const Tet> original_tets() const { return records_.original_tets(); }
-  [[nodiscard]] std::uint32_t parent_of(VersionId stream_version) const { return consumers_[stream_version.index()]; }
   [[nodiscard]] std::vector<double> squared_sums(const BlockInfo& info) const;
   void note_others(OtherParents& others, RecordId r) const;
 
@@ -66,7 +64,7 @@ private:
   const ProgressCallback& progress_;
   const GivenIds* const given_; ///< where the order of the input is kept
 
-  std::vector<std::uint32_t> consumers_; ///< by stream version
+  StreamParents parents_;
   FileOrder order_;
   std::vector<std::uint32_t> file_record_; ///< by stream record
   std::vector<std::uint32_t> block_of_;    ///< by file record
@@ -90,7 +88,7 @@ private:
 
 void Encoding::check_input() const {
   check_storable(mesh_);
-  check_sizes(mesh_.vertex_count(), original_tets().size(), records_.versions.size());
+  check_sizes(mesh_.vertex_count(), records_.original_tet_count, records_.version_count());
   if (mesh_.positions.components != 3) throw Error(ErrorCode::kBadInput, "positions must have three components");
   for (const PointArray& array : mesh_.point_arrays)
     if (array.size() != mesh_.vertex_count())
@@ -98,8 +96,8 @@ void Encoding::check_input() const {
 }
 
 void Encoding::order() {
-  consumers_ = find_consumers(records_);
-  order_ = order_file(mesh_, records_, consumers_, kDefaultRecordsPerBlock);
+  parents_ = StreamParents(records_);
+  order_ = order_file(mesh_, records_, parents_, kDefaultRecordsPerBlock);
   file_record_.resize(record_count());
   for (std::uint32_t r = 0; r < record_count(); ++r)
     file_record_[order_.stream_record[r]] = r;
@@ -114,17 +112,18 @@ void Encoding::describe() {
   Header& header = fixed_.header;
   header.base_vertex_count = order_.base_vertex_count;
   header.record_count = static_cast<std::uint32_t>(record_count());
-  header.tet_count = static_cast<std::uint32_t>(original_tets().size());
+  header.tet_count = records_.original_tet_count;
   header.block_count = static_cast<std::uint32_t>(order_.blocks.size());
   header.position_type = mesh_.positions.type;
   header.diagonal = records_.diagonal;
   header.volume = records_.volume;
   header.has_squared_errors = records_.has_squared_errors();
   std::vector<char> used(mesh_.vertex_count());
-  for (const Tet& tet : original_tets()) {
+  for (const VertexId v : records_.removed)
+    used[v.index()] = 1;
+  for (const Tet& tet : records_.slots)
     for (const VertexId v : tet)
-      used[v.index()] = 1;
-  }
+      if (v != kDummyVertex) used[v.index()] = 1;
   bool any = false;
   for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
     if (used[v] == 0) continue;
@@ -193,7 +192,7 @@ void Encoding::number_errors() {
       monotone_[row + c] =
           std::max(monotone_[row + c], code_of(records_.largest_error(i, field_of[c]), schema_->scale[c]));
     monotone_[row + codes - 1] = std::max(monotone_[row + codes - 1], own_[row + codes - 1]);
-    for_each_parent(records_, consumers_, i, [&](std::uint32_t stream_parent) {
+    for_each_parent(records_, parents_, i, [&](std::uint32_t stream_parent) {
       const std::size_t parent = file_record_[stream_parent] * codes;
       for (std::size_t c = 0; c < codes; ++c)
         monotone_[parent + c] = std::max(monotone_[parent + c], monotone_[row + c]);
@@ -243,10 +242,9 @@ void Encoding::number_order() {
 }
 
 void Encoding::make_base() {
-  for (std::size_t t = 0; t < records_.versions.size(); ++t) {
-    if (consumers_[t] != RecordId::kNone) continue;
-    Tet tet = records_.versions[t];
-    if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
+  for (const std::uint32_t slot : records_.base_slots()) {
+    if (records_.is_ghost(slot)) continue;
+    Tet tet = records_.slots[slot];
     for (VertexId& v : tet)
       v = order_.file_vertex[v.index()];
     // Even permutations bring the least vertex to the front and the least of the others behind it.
@@ -300,12 +298,12 @@ void Encoding::find_needs() {
     info.max_own.resize(codes);
     for (std::uint32_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
       const std::uint32_t record = order_.stream_record[r];
-      for_each_parent(records_, consumers_, record, [&](std::uint32_t parent) {
+      for_each_parent(records_, parents_, record, [&](std::uint32_t parent) {
         const std::uint32_t home = block_of_[file_record_[parent]];
         if (home != b) info.needs.push_back(home);
       });
       note_others(others_[b], RecordId{r});
-      rows_[b].version_count += static_cast<std::uint32_t>(records_.consumed(record).size());
+      rows_[b].version_count += static_cast<std::uint32_t>(records_.star(record).size());
       for (std::size_t c = 0; c < codes; ++c) {
         info.max_error[c] = std::max(info.max_error[c], monotone_[r * codes + c]);
         info.max_own[c] = std::max(info.max_own[c], own_[r * codes + c]);
@@ -323,7 +321,7 @@ void Encoding::find_needs() {
 /// thing there is.
 Content Encoding::full_content() {
   Refinement refinement(base_tets_, order_.base_vertex_count, static_cast<std::uint32_t>(record_count()));
-  refinement.reserve(records_.versions.size());
+  refinement.reserve(records_.version_count());
   return {std::move(refinement),           std::move(positions_),    std::move(arrays_),
           schema_->code_count(),           std::move(own_),          std::move(monotone_),
           std::move(order_code_),          std::move(squared_code_), std::move(order_.generation),
@@ -362,8 +360,8 @@ private:
 
 void Encoding::transcribe() {
   Content content = full_content();
-  VersionMatch match(records_, order_, consumers_, content.refinement);
-  consumers_ = std::vector<std::uint32_t>(); // {} would keep its memory
+  SlotMatch match(records_, order_, content.refinement);
+  parents_ = StreamParents(); // what it held takes memory
   SeedChoice choice(records_, order_, *schema_, infos_, block_of_, match);
   RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
   std::vector<Probability> of_seeds(schema_->seed_contexts());
@@ -384,15 +382,17 @@ void Encoding::transcribe() {
       const RecordId r{together[i]};
       BlockState& state = states[block_of_[r.index()]];
       const std::uint32_t record = order_.stream_record[r.index()];
-      const std::uint32_t first = records_.coarse_begin[record].index();
-      const std::uint32_t count = records_.modified_count[record];
-      const auto in_region = [&](VersionId behind) { return match.stream_of(behind) - first < count; };
+      const auto modified = records_.modified(record);
+      const auto in_region = [&](VersionId behind) {
+        const std::uint32_t slot = match.slot_of(content.refinement.place_of(behind));
+        return std::find(modified.begin(), modified.end(), slot) != modified.end();
+      };
       Scribe scribe(of_seeds, transcripts_[state.block]);
       codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{choice.seeds(i), in_region},
                  others_[state.block].of(r));
       codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
     }
-    match.add_fine(content.refinement, together);
+    match.add_rims(content.refinement, together);
   }
   take_back(content);
 }

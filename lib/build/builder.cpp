@@ -96,6 +96,7 @@ private:
 
   void end_collapses() {
     rounds_.reset(); // what follows wants the memory
+    collapser_->end_records();
     collapser_.reset();
     release_freed_memory();
   }

@@ -67,17 +67,20 @@ void Collapser::begin_records() {
   records_.volume = scales_.volume;
   records_.original_tet_count = static_cast<std::uint32_t>(prepared_.mesh.tets.size());
   records_.original_ghost_count = static_cast<std::uint32_t>(prepared_.boundary_faces.size());
-  // A collapse makes some 17 versions and consumes some 22; where there is room for all of them at first, the lists
-  // are never there twice. What is not used takes no memory.
-  reserve_large(records_.versions, complex_.slot_count() + std::size_t{20} * alive_count());
-  reserve_large(records_.fine, std::size_t{26} * alive_count());
-  for (SlotId s = 0; s < complex_.slot_count(); ++s) {
-    Slot& slot = complex_.slot(s);
-    records_.versions.push_back(complex_.tet_of(slot));
-    if (!complex_.is_ghost(slot))
+  version_count_ = complex_.slot_count();
+  // A star has some 22 slots; where there is room for all of them at first, the list is never there twice. What is not
+  // used takes no memory.
+  reserve_large(records_.stars, std::size_t{26} * alive_count());
+  for (SlotId s = 0; s < complex_.slot_count(); ++s)
+    if (Slot& slot = complex_.slot(s); !complex_.is_ghost(slot))
       slot.quality = static_cast<float>(shape_quality(prepared_.points[slot.v[0]], prepared_.points[slot.v[1]],
                                                       prepared_.points[slot.v[2]], prepared_.points[slot.v[3]]));
-  }
+}
+
+void Collapser::end_records() {
+  reserve_large(records_.slots, complex_.slot_count());
+  for (SlotId s = 0; s < complex_.slot_count(); ++s)
+    records_.slots.push_back(complex_.tet_of(complex_.slot(s)));
 }
 
 CollapseStatus Collapser::collapse(std::uint32_t round, const std::vector<double>* measured, BoundaryMove* move) {
@@ -147,8 +150,7 @@ void Collapser::commit(const Trial& trial, const BoundaryMove& move, std::uint32
   const auto modified = check.modified();
   const std::uint32_t height = height_of_record(vs);
   for (const std::span<const SlotId> part : {modified, deleted})
-    for (const SlotId s : part)
-      records_.fine.push_back(VersionId{complex_.slot(s).version});
+    records_.stars.insert(records_.stars.end(), part.begin(), part.end());
   candidates_.forget(vd); // its own cost has changed, not only its star
   for (const LinkVertex& x : check.plan().link)
     candidates_.change_star(x, vd, height);
@@ -161,18 +163,15 @@ void Collapser::commit(const Trial& trial, const BoundaryMove& move, std::uint32
   records_.removed.push_back(VertexId{vs});
   records_.target.push_back(VertexId{vd});
   records_.round.push_back(round);
-  records_.fine_begin.push_back(records_.fine.size());
+  records_.star_begin.push_back(records_.stars.size());
   records_.modified_count.push_back(static_cast<std::uint16_t>(modified.size()));
-  records_.coarse_begin.push_back(VersionId{static_cast<std::uint32_t>(records_.versions.size())});
   for (std::size_t m = 0; m < modified.size(); ++m) {
     Slot& slot = complex_.slot(modified[m]);
-    slot.version = static_cast<std::uint32_t>(records_.versions.size());
+    slot.version = version_count_++;
     slot.quality = check.new_quality()[m];
     slot.height = height;
-    records_.versions.push_back(complex_.tet_of(slot));
   }
-  if (records_.versions.size() >= kNone / 2)
-    throw Error(ErrorCode::kLimit, "the build makes more tets than 31-bit ids can name");
+  if (version_count_ >= kNone / 2) throw Error(ErrorCode::kLimit, "the build makes more tets than 31-bit ids can name");
   for (std::size_t f = 0; f < field_errors_.size(); ++f)
     records_.field_error.push_back(field_errors_[f] * fields_.fields()[f].range);
   for (std::size_t f = 0; f < outside_errors_.size(); ++f) // none where they are among the others

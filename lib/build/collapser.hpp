@@ -77,6 +77,8 @@ public:
   /// Makes a collapse that was accepted before: nothing is asked that only refuses, and its field errors are left for
   /// the caller to record. False when it cannot be.
   [[nodiscard]] bool collapse_again(Vertex vs, Vertex vd, std::uint32_t round);
+  /// Puts down what only the last of the collapses leaves known: RecordStream::slots.
+  void end_records();
 
 private:
   void begin_records();
@@ -93,6 +95,7 @@ private:
   CollapseCost cost_;
   std::uint32_t target_count_;
   std::uint32_t depth_ = 0;
+  std::uint32_t version_count_ = 0; ///< so far
 
   std::vector<char> frozen_; ///< by vertex
   WorkingComplex complex_;

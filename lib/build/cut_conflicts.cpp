@@ -4,9 +4,11 @@
 #include "mesh/box_tree.hpp"
 #include "mesh/face_plane.hpp"
 #include "ptet/error.hpp"
+#include "record/parents.hpp"
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include <oneapi/tbb/blocked_range.h>
@@ -18,17 +20,10 @@ namespace {
 
 using Record = std::uint32_t;
 
-constexpr Record kNobody = std::numeric_limits<Record>::max();
 /// Records between two reports of progress.
 constexpr Record kBatch = 16384;
 /// So many records are climbed from before it is looked whether faces meet.
 constexpr std::size_t kShortClimb = 64;
-
-/// A boundary face that a collapse made.
-struct MadeFace {
-  Face face;
-  Record maker;
-};
 
 /// A boundary face that a collapse consumed.
 struct FineFace {
@@ -38,68 +33,74 @@ struct FineFace {
   SelfCrossings::Set curves;
 };
 
-/// For each record others, in compressed rows.
-struct Rows {
-  std::vector<std::uint64_t> begin{0};
-  std::vector<Record> others;
-  [[nodiscard]] std::span<const Record> of(Record r) const {
-    return {others.data() + begin[r], others.data() + begin[r + 1]};
-  }
-};
-
-/// The boundary face of a ghost; false for a real tet.
-bool face_of_ghost(const Tet& tet, Face& face) {
-  if (std::find(tet.begin(), tet.end(), kDummyVertex) == tet.end()) return false;
-  std::copy_if(tet.begin(), tet.end(), face.begin(), [](VertexId v) { return v != kDummyVertex; });
-  return true;
-}
-
 BoundingBox box_of_face(const Face& face, const std::vector<Point>& points) {
   return box_of(std::array{points[face[0].index()], points[face[1].index()], points[face[2].index()]});
 }
 
-/// The records that consumed what each record made.
-Rows parents_of(const RecordStream& records) {
-  const std::uint32_t first_made = records.original_tet_count + records.original_ghost_count;
-  std::vector<Record> consumer(records.versions.size() - first_made, kNobody);
-  for (Record r = 0; r < records.size(); ++r)
-    for (const VersionId t : records.consumed(r))
-      if (t.index() >= first_made) consumer[t.index() - first_made] = r;
-  Rows parents;
-  for (Record r = 0; r < records.size(); ++r) {
-    const auto row = static_cast<std::ptrdiff_t>(parents.others.size());
-    const std::uint32_t first = records.coarse_begin[r].index() - first_made;
-    for (std::uint32_t t = first; t < first + records.modified_count[r]; ++t)
-      if (consumer[t] != kNobody) parents.others.push_back(consumer[t]);
-    std::sort(parents.others.begin() + row, parents.others.end());
-    parents.others.erase(std::unique(parents.others.begin() + row, parents.others.end()), parents.others.end());
-    parents.begin.push_back(parents.others.size());
+/// The boundary faces that there were at some time, by number: the original ones, then those that collapses made, in
+/// the order of the records.
+class FaceVersions {
+public:
+  FaceVersions(std::span<const Face> original, const RecordStream& records)
+      : faces_(original.begin(), original.end()), original_count_(original.size()) {
+    std::vector<std::uint32_t> held(original.size()); // by slot of a ghost
+    std::iota(held.begin(), held.end(), 0U);
+    const auto held_in = [&](std::uint32_t slot) -> std::uint32_t& { return held[slot - records.original_tet_count]; };
+    for (Record r = 0; r < records.size(); ++r) {
+      first_made_.push_back(static_cast<std::uint32_t>(faces_.size()));
+      for (const std::uint32_t slot : records.star(r))
+        if (records.is_ghost(slot)) consumed_.push_back(held_in(slot));
+      consumed_begin_.push_back(consumed_.size());
+      for (const std::uint32_t slot : records.modified(r)) {
+        if (!records.is_ghost(slot)) continue;
+        Face face = faces_[held_in(slot)];
+        std::replace(face.begin(), face.end(), records.removed[r], records.target[r]);
+        held_in(slot) = static_cast<std::uint32_t>(faces_.size());
+        faces_.push_back(face);
+      }
+      maker_.resize(faces_.size() - original_count_, r);
+    }
+    first_made_.push_back(static_cast<std::uint32_t>(faces_.size()));
   }
-  return parents;
-}
+  [[nodiscard]] std::size_t original_count() const { return original_count_; }
+  [[nodiscard]] bool is_original(std::uint32_t face) const { return face < original_count_; }
+  /// Those that records made.
+  [[nodiscard]] std::span<const Face> made() const { return std::span(faces_).subspan(original_count_); }
+  [[nodiscard]] const Face& operator[](std::uint32_t face) const { return faces_[face]; }
+  /// Not of an original one.
+  [[nodiscard]] Record maker(std::uint32_t face) const { return maker_[face - original_count_]; }
+  [[nodiscard]] std::span<const std::uint32_t> consumed(Record r) const {
+    return {consumed_.data() + consumed_begin_[r], consumed_.data() + consumed_begin_[r + 1]};
+  }
+  /// The first that the record made, or that a later one did. `r` may be behind the last record.
+  [[nodiscard]] std::uint32_t first_made(Record r) const { return first_made_[r]; }
 
-/// Of which curves the boundary faces are where the original crosses itself: by original ghost and by record, of whose
+private:
+  std::vector<Face> faces_;
+  std::size_t original_count_ = 0;
+  std::vector<Record> maker_; ///< by face made
+  std::vector<std::uint32_t> first_made_;
+  std::vector<std::uint32_t> consumed_;
+  std::vector<std::uint64_t> consumed_begin_{0};
+};
+
+/// Of which curves the boundary faces are where the original crosses itself: by original face and by record, of whose
 /// faces all are of the same. As the builder's boundary surface found them.
 class CurvesOfFaces {
 public:
-  CurvesOfFaces(const PreparedMesh& prepared, const RecordStream& records)
-      : records_(records), crossings_(prepared.crossing_curves) {
+  CurvesOfFaces(const PreparedMesh& prepared, const FaceVersions& faces, std::size_t record_count)
+      : faces_(faces), crossings_(prepared.crossing_curves) {
     if (crossings_.empty()) return;
-    const std::uint32_t first_made = records.original_tet_count + records.original_ghost_count;
-    maker_.reserve(records.versions.size() - first_made);
-    for (Record r = 0; r < records.size(); ++r) {
+    for (Record r = 0; r < record_count; ++r) {
       SelfCrossings::Set all = SelfCrossings::kNone;
-      for (const VersionId t : records.consumed(r))
-        if (Face face{}; face_of_ghost(records.versions[t.index()], face)) all = crossings_.join(all, of_ghost(t));
+      for (const std::uint32_t face : faces_.consumed(r))
+        all = crossings_.join(all, of(face));
       of_record_.push_back(all);
-      maker_.insert(maker_.end(), records.modified_count[r], r);
     }
   }
-  [[nodiscard]] SelfCrossings::Set of_ghost(VersionId t) const {
+  [[nodiscard]] SelfCrossings::Set of(std::uint32_t face) const {
     if (crossings_.empty()) return SelfCrossings::kNone;
-    const std::uint32_t ghost = t.index() - records_.original_tet_count;
-    if (ghost < records_.original_ghost_count) return crossings_.of_original(ghost);
-    return of_record_[maker_[ghost - records_.original_ghost_count]];
+    return faces_.is_original(face) ? crossings_.of_original(face) : of_record_[faces_.maker(face)];
   }
   /// Whether faces of these curves, and those that the record made, may cross.
   [[nodiscard]] bool share(SelfCrossings::Set curves, Record maker) const {
@@ -107,10 +108,9 @@ public:
   }
 
 private:
-  const RecordStream& records_;
+  const FaceVersions& faces_;
   SelfCrossings crossings_;
   std::vector<SelfCrossings::Set> of_record_;
-  std::vector<Record> maker_; ///< by version made
 };
 
 /// Marks on records, all taken away at once.
@@ -143,18 +143,12 @@ private:
 class Conflicts {
 public:
   Conflicts(const PreparedMesh& prepared, const RecordStream& records)
-      : points_(prepared.points), records_(records), parents_(parents_of(records)), curves_(prepared, records),
-        scratch_([&] { return Scratch(records.size()); }) {
+      : points_(prepared.points), records_(records), parents_(records), faces_(prepared.boundary_faces, records),
+        curves_(prepared, faces_, records.size()), scratch_([&] { return Scratch(records.size()); }) {
     std::vector<BoundingBox> boxes;
-    for (Record r = 0; r < records.size(); ++r) {
-      first_made_.push_back(static_cast<std::uint32_t>(made_.size()));
-      for (std::uint32_t m = 0; m < records.modified_count[r]; ++m)
-        if (Face face{}; face_of_ghost(records.versions[records.coarse_begin[r].index() + m], face)) {
-          boxes.push_back(box_of_face(face, points_));
-          made_.push_back({face, r});
-        }
-    }
-    first_made_.push_back(static_cast<std::uint32_t>(made_.size()));
+    boxes.reserve(faces_.made().size());
+    for (const Face& face : faces_.made())
+      boxes.push_back(box_of_face(face, points_));
     tree_.emplace(boxes);
   }
 
@@ -214,7 +208,7 @@ private:
     Record last = 0;                 ///< of those that were open
     std::vector<Record> queue;       ///< the records reached
     std::size_t next = 0;            ///< the first of them whose parents were not looked at
-    std::vector<std::uint32_t> near; ///< places among the made faces
+    std::vector<std::uint32_t> near; ///< faces that records made
     std::vector<FineFace> fine;
   };
 
@@ -236,9 +230,10 @@ private:
 
   void look_at(Record r, Scratch& s, std::vector<Record>& found) const {
     s.fine.clear();
-    for (const VersionId t : records_.consumed(r))
-      if (Face face{}; face_of_ghost(records_.versions[t.index()], face))
-        s.fine.push_back({box_of_face(face, points_), face, FacePlane(face, points_), curves_.of_ghost(t)});
+    for (const std::uint32_t number : faces_.consumed(r)) {
+      const Face& face = faces_[number];
+      s.fine.push_back({box_of_face(face, points_), face, FacePlane(face, points_), curves_.of(number)});
+    }
     if (s.fine.empty()) return;
     BoundingBox all;
     for (const FineFace& mine : s.fine) {
@@ -246,16 +241,19 @@ private:
       all.add(mine.box.high);
     }
     s.near.clear();
-    tree_->each_meeting(all, first_made_[r + 1], [&](std::uint32_t place) { s.near.push_back(place); });
+    const auto original_count = static_cast<std::uint32_t>(faces_.original_count());
+    tree_->each_meeting(all, faces_.first_made(r + 1) - original_count,
+                        [&](std::uint32_t made) { s.near.push_back(original_count + made); });
     // Most makers are needed, and found near by; what is not needed seldom meets. So the long way up is seldom gone.
     begin_climb(r, s);
     climb_to_makers(s, kShortClimb);
     if (s.open_count == 0) return;
-    std::erase_if(s.near, [&](std::uint32_t place) {
-      const auto& [face, maker] = made_[place];
+    std::erase_if(s.near, [&](std::uint32_t number) {
+      const Face& face = faces_[number];
+      const Record maker = faces_.maker(number);
       if (!s.open.has(maker)) return true;
       const BoundingBox box = box_of_face(face, points_);
-      return std::none_of(s.fine.begin(), s.fine.end(), [&, &face = face, &maker = maker](const FineFace& mine) {
+      return std::none_of(s.fine.begin(), s.fine.end(), [&](const FineFace& mine) {
         return mine.box.meets(box) && !mine.plane.surely_misses(face, points_) &&
                faces_meet_improperly(mine.face, face, points_) &&
                (share_vertex(mine.face, face) || !curves_.share(mine.curves, maker));
@@ -264,8 +262,8 @@ private:
     open_makers(s);
     climb_to_makers(s, std::numeric_limits<std::size_t>::max());
     if (s.open_count == 0) return;
-    for (const std::uint32_t place : s.near)
-      if (s.open.remove(made_[place].maker)) found.push_back(made_[place].maker);
+    for (const std::uint32_t face : s.near)
+      if (s.open.remove(faces_.maker(face))) found.push_back(faces_.maker(face));
     std::sort(found.begin(), found.end());
   }
 
@@ -274,8 +272,8 @@ private:
     s.open.clear();
     s.open_count = 0;
     s.last = 0;
-    for (const std::uint32_t place : s.near)
-      if (const Record maker = made_[place].maker; s.open.add(maker)) {
+    for (const std::uint32_t face : s.near)
+      if (const Record maker = faces_.maker(face); s.open.add(maker)) {
         ++s.open_count;
         s.last = std::max(s.last, maker);
       }
@@ -300,11 +298,10 @@ private:
 
   const std::vector<Point>& points_;
   const RecordStream& records_;
-  Rows parents_;
+  StreamParents parents_;
+  FaceVersions faces_;
   CurvesOfFaces curves_;
-  std::vector<MadeFace> made_;            ///< in the order of the records
-  std::vector<std::uint32_t> first_made_; ///< by record, and the end
-  std::optional<BoxTree> tree_;           ///< of the made faces
+  std::optional<BoxTree> tree_; ///< of the faces that records made
   oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 

@@ -8,11 +8,9 @@ namespace {
 std::uint64_t deleted_tets(const RecordStream& records) {
   std::uint64_t count = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
-    const auto deleted = records.consumed(r).subspan(records.modified_count[r]);
-    count += static_cast<std::uint64_t>(std::count_if(deleted.begin(), deleted.end(), [&](VersionId t) {
-      const Tet& v = records.versions[t.index()];
-      return std::find(v.begin(), v.end(), kDummyVertex) == v.end();
-    }));
+    const auto deleted = records.deleted(r);
+    count += static_cast<std::uint64_t>(
+        std::count_if(deleted.begin(), deleted.end(), [&](std::uint32_t slot) { return !records.is_ghost(slot); }));
   }
   return count;
 }

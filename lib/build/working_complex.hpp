@@ -29,9 +29,9 @@ inline constexpr std::uint32_t kNone = 0xffffffffU;
 
 struct Slot {
   std::array<Vertex, 4> v;
-  std::uint32_t version;             ///< row in RecordStream::versions
-  float quality;                     ///< 6 sqrt(2) V / Lmax^3; 0 for ghosts
-  std::uint32_t height;              ///< longest chain of records below the version; 0 for an original one
+  std::uint32_t version; ///< of the tets and ghosts that there ever were, in the order in which they were made
+  float quality;         ///< 6 sqrt(2) V / Lmax^3; 0 for ghosts
+  std::uint32_t height;  ///< longest chain of records below the version; 0 for an original one
   std::uint32_t first_point = kNone; ///< head of the list of removed vertices that the tet holds
 };
 

@@ -131,6 +131,10 @@ public:
   [[nodiscard]] RecordId consumer(VersionId t) const {
     return t.index() < base_version_count_ ? RecordId{} : record_of(versions_[t.index()][0]);
   }
+  /// Where a present version stands, see Place.
+  [[nodiscard]] std::uint32_t place_of(VersionId t) const { return state_[t.index()]; }
+  /// The version that stands there.
+  [[nodiscard]] VersionId version_at(std::uint32_t place) const { return VersionId{live_[place].version}; }
   /// The present version behind the face of `t`, present itself, that is opposite `corner`; none when nothing is there.
   [[nodiscard]] VersionId neighbour(VersionId t, std::uint32_t corner) const {
     const std::uint32_t behind = live_[state_[t.index()]].neighbour[corner];

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace ptet {
 namespace {
 
-constexpr std::uint32_t kNotMade = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint32_t kOriginal = kNotMade - 1;
+constexpr std::uint32_t kDeleted = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kOriginal = kDeleted - 1;
 
 bool contains(const Tet& tet, VertexId v) {
   return std::find(tet.begin(), tet.end(), v) != tet.end();
@@ -16,18 +17,17 @@ bool contains(const Tet& tet, VertexId v) {
 
 std::string check_counts(const RecordStream& s) {
   const std::size_t n = s.size();
-  if (s.target.size() != n || s.round.size() != n || s.modified_count.size() != n || s.coarse_begin.size() != n ||
-      s.domain_error.size() != n || s.field_error.size() != n * s.fields.size() || s.fine_begin.size() != n + 1 ||
+  if (s.target.size() != n || s.round.size() != n || s.modified_count.size() != n || s.domain_error.size() != n ||
+      s.field_error.size() != n * s.fields.size() || s.star_begin.size() != n + 1 ||
       (!s.outside_error.empty() && s.outside_error.size() != n * s.fields.size()) ||
       (!s.squared_error.empty() && s.squared_error.size() != n * s.fields.size()) ||
       (!s.uncovered_volume.empty() && s.uncovered_volume.size() != n) || s.also_needs_begin.size() != n + 1)
     return "the tables of the records differ in length";
-  if (s.fine_begin.front() != 0 || s.fine_begin.back() != s.fine.size())
-    return "the offsets of the fine versions do not span their table";
+  if (s.star_begin.front() != 0 || s.star_begin.back() != s.stars.size())
+    return "the offsets of the stars do not span their table";
   if (s.also_needs_begin.front() != 0 || s.also_needs_begin.back() != s.also_needs.size())
     return "the offsets of the other records needed do not span their table";
-  if (s.versions.size() < std::size_t{s.original_tet_count} + s.original_ghost_count)
-    return "there are fewer versions than original tets and ghosts";
+  if (s.slots.size() != s.slot_count()) return "there are not as many slots as original tets and ghosts";
   if (!(s.volume >= 0) || !std::isfinite(s.volume)) return "the volume is no finite number";
   if (!s.squared_error.empty() && s.uncovered_volume.empty())
     return "there are squared errors but no uncovered volumes";
@@ -39,26 +39,36 @@ std::string check_counts(const RecordStream& s) {
   return {};
 }
 
-std::string check_versions(const RecordStream& s) {
-  for (std::size_t t = 0; t < s.versions.size(); ++t) {
-    const Tet& tet = s.versions[t];
+std::string check_slots(const RecordStream& s) {
+  for (std::uint32_t slot = 0; slot < s.slots.size(); ++slot) {
+    const Tet& tet = s.slots[slot];
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = 0; j < i; ++j)
         if (tet[i] == tet[j] || tet[i].is_none())
-          return "version " + std::to_string(t) + " does not have four vertices";
-    const bool is_ghost = contains(tet, kDummyVertex);
-    if (t < std::size_t{s.original_tet_count} + s.original_ghost_count && is_ghost != (t >= s.original_tet_count))
-      return "version " + std::to_string(t) + " is a tet among the original ghosts or a ghost among the tets";
+          return "slot " + std::to_string(slot) + " does not have four vertices";
+    if (contains(tet, kDummyVertex) != s.is_ghost(slot))
+      return "slot " + std::to_string(slot) + " holds a tet among the ghosts or a ghost among the tets";
   }
   return {};
 }
 
 /// What the records have done so far, from the first collapse on.
 struct Replay {
-  std::vector<std::uint32_t> made_in_round; ///< by version; kNotMade while it is not there (yet, or any more)
+  std::vector<Tet> tets;                    ///< by slot
+  std::vector<std::uint32_t> made_in_round; ///< by slot; kDeleted for those that hold nothing any more
   std::vector<char> is_removed;             ///< by vertex
-  std::size_t next_coarse = 0;
 };
+
+/// Whether the stars can be gone through at all.
+std::string check_star(const RecordStream& s, std::size_t i) {
+  if (s.star_begin[i] > s.star_begin[i + 1] || s.star_begin[i + 1] > s.stars.size())
+    return "the offsets of its star decrease";
+  const auto star = s.star(i);
+  if (s.modified_count[i] == 0 || s.modified_count[i] >= star.size()) return "it modifies nothing or deletes nothing";
+  if (std::any_of(star.begin(), star.end(), [&](std::uint32_t slot) { return slot >= s.slots.size(); }))
+    return "it takes a slot that is not there";
+  return {};
+}
 
 std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
   const VertexId removed = s.removed[i], target = s.target[i];
@@ -68,29 +78,19 @@ std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
   if (replay.is_removed[removed.index()] || replay.is_removed[target.index()])
     return "one of its vertices was removed before";
   if (i > 0 && s.round[i] < s.round[i - 1]) return "its round is less than that of the record before";
-  if (s.fine_begin[i] > s.fine_begin[i + 1] || s.fine_begin[i + 1] > s.fine.size())
-    return "the offsets of its fine versions decrease";
-  const auto fine = s.consumed(i);
+  const auto star = s.star(i);
   const std::size_t modified = s.modified_count[i];
-  if (modified == 0 || modified >= fine.size()) return "it modifies nothing or deletes nothing";
-  if (s.coarse_begin[i].index() != replay.next_coarse || replay.next_coarse + modified > s.versions.size())
-    return "its coarse versions do not follow those of the record before";
-  for (std::size_t m = 0; m < fine.size(); ++m) {
-    const std::uint32_t t = fine[m].index();
-    if (t >= s.versions.size() || replay.made_in_round[t] == kNotMade) return "it consumes a version that is not there";
-    if (replay.made_in_round[t] == s.round[i]) return "it consumes a version made in its own round";
-    replay.made_in_round[t] = kNotMade;
-    Tet tet = s.versions[t];
+  for (std::size_t m = 0; m < star.size(); ++m) {
+    const std::uint32_t slot = star[m];
+    std::uint32_t& made_in_round = replay.made_in_round[slot];
+    if (made_in_round == kDeleted) return "it takes a slot that was deleted";
+    if (made_in_round == s.round[i]) return "it takes a slot that was taken in its own round";
+    const Tet& tet = replay.tets[slot];
     if (!contains(tet, removed) || contains(tet, target) != (m >= modified))
-      return "version " + std::to_string(t) + " is not one that it modifies or deletes";
-    if (m >= modified) continue;
-    std::replace(tet.begin(), tet.end(), removed, target);
-    if (tet != s.versions[replay.next_coarse + m])
-      return "version " + std::to_string(replay.next_coarse + m) + " is not version " + std::to_string(t) +
-             " with the vertex replaced";
+      return "slot " + std::to_string(slot) + " is not one that it modifies or deletes";
+    made_in_round = m < modified ? s.round[i] : kDeleted;
   }
-  std::fill_n(replay.made_in_round.begin() + static_cast<std::ptrdiff_t>(replay.next_coarse), modified, s.round[i]);
-  replay.next_coarse += modified;
+  s.collapse(i, replay.tets);
   replay.is_removed[removed.index()] = 1;
   const auto is_error = [](double error) { return error >= 0 && std::isfinite(error); };
   const double* errors = s.field_error.data() + i * s.fields.size();
@@ -115,10 +115,36 @@ std::string apply_record(const RecordStream& s, std::size_t i, Replay& replay) {
 
 } // namespace
 
+std::uint64_t RecordStream::version_count() const {
+  return std::accumulate(modified_count.begin(), modified_count.end(), std::uint64_t{slot_count()});
+}
+
+void RecordStream::replace(std::size_t record, VertexId from, VertexId to, std::span<Tet> tets) const {
+  for (const std::uint32_t slot : modified(record))
+    std::replace(tets[slot].begin(), tets[slot].end(), from, to);
+}
+
+std::vector<Tet> RecordStream::original() const {
+  std::vector<Tet> tets = slots;
+  for (std::size_t record = size(); record-- > 0;)
+    split(record, tets);
+  return tets;
+}
+
+std::vector<std::uint32_t> RecordStream::base_slots() const {
+  std::vector<char> is_deleted(slot_count());
+  for (std::size_t record = 0; record < size(); ++record)
+    for (const std::uint32_t slot : deleted(record))
+      is_deleted[slot] = 1;
+  std::vector<std::uint32_t> left;
+  for (std::uint32_t slot = 0; slot < is_deleted.size(); ++slot)
+    if (is_deleted[slot] == 0) left.push_back(slot);
+  return left;
+}
+
 bool RecordStream::moves_boundary(std::size_t record) const {
-  const auto of_record = consumed(record);
-  return std::any_of(of_record.begin(), of_record.end(),
-                     [&](VersionId t) { return contains(versions[t.index()], kDummyVertex); });
+  const auto of_record = star(record);
+  return std::any_of(of_record.begin(), of_record.end(), [&](std::uint32_t slot) { return is_ghost(slot); });
 }
 
 void RecordStream::append_errors(const RecordStream& other, std::size_t record, std::size_t field_count) {
@@ -135,18 +161,20 @@ void RecordStream::append_errors(const RecordStream& other, std::size_t record, 
 
 std::string RecordStream::validate() const {
   if (std::string broken = check_counts(*this); !broken.empty()) return broken;
-  if (std::string broken = check_versions(*this); !broken.empty()) return broken;
-  const std::size_t original = std::size_t{original_tet_count} + original_ghost_count;
-  std::size_t vertex_count = 0;
-  for (std::size_t t = 0; t < original; ++t)
-    for (const VertexId v : versions[t])
-      if (v != kDummyVertex) vertex_count = std::max<std::size_t>(vertex_count, v.index() + std::size_t{1});
-  Replay replay{std::vector<std::uint32_t>(versions.size(), kNotMade), std::vector<char>(vertex_count, 0), original};
-  std::fill_n(replay.made_in_round.begin(), original, kOriginal);
+  if (std::string broken = check_slots(*this); !broken.empty()) return broken;
+  const auto of_record = [](std::size_t i, const std::string& broken) {
+    return "record " + std::to_string(i) + ": " + broken;
+  };
   for (std::size_t i = 0; i < size(); ++i)
-    if (const std::string broken = apply_record(*this, i, replay); !broken.empty())
-      return "record " + std::to_string(i) + ": " + broken;
-  if (replay.next_coarse != versions.size()) return "some versions were made by no record";
+    if (const std::string broken = check_star(*this, i); !broken.empty()) return of_record(i, broken);
+  Replay replay{original(), std::vector<std::uint32_t>(slots.size(), kOriginal), {}};
+  std::size_t vertex_count = 0;
+  for (const Tet& tet : replay.tets)
+    for (const VertexId v : tet)
+      if (v != kDummyVertex) vertex_count = std::max<std::size_t>(vertex_count, v.index() + std::size_t{1});
+  replay.is_removed.resize(vertex_count);
+  for (std::size_t i = 0; i < size(); ++i)
+    if (const std::string broken = apply_record(*this, i, replay); !broken.empty()) return of_record(i, broken);
   return {};
 }
 

@@ -1,15 +1,19 @@
 // The record stream: what the builder hands to the writer, and nothing of how it was found.
 //
-//   versions   0 .. original-1           the input: tets first, then one ghost tet for each boundary face
-//              original .. count-1       made by collapses, in the order of the collapses
-//   records    in collapse order (fine to coarse); record i consumed the fine versions F(i) and made the coarse
-//              versions C(i):
+//   slots      0 .. tets-1         the input's tets
+//              tets .. slots-1     one ghost tet for each boundary face
+//   records    in collapse order (fine to coarse). Record i took the removed vertex's star:
 //
-//        F(i) = modified_0 .. modified_{m-1}, deleted_0 .. deleted_{d-1}     (the star of the removed vertex)
-//                  |               |
-//        C(i) = coarse_0   ..  coarse_{m-1}                                  (vertex replaced by target)
+//        star(i) = modified_0 .. modified_{m-1}, deleted_0 .. deleted_{d-1}     (slots)
+//                  '------- hold afterwards what they held before, the vertex replaced by the target
+//                                                '------- hold nothing any more
 //
-// Ghosts (a, b, c, kDummyVertex) stand in these lists like any other tet: they are the boundary faces.
+//   versions   what a slot held at some time: F(i), the fine ones that collapse i consumed, are what the slots of
+//   star(i)
+//              held before, C(i), the coarse ones that it made, what its modified slots held afterwards.
+//
+// So no version needs to be written down but one for each slot: the others follow by making the collapses, or undoing
+// them. Ghosts (a, b, c, kDummyVertex) stand in slots like any other tet: they are the boundary faces.
 #pragma once
 
 #include "ptet/ids.hpp"
@@ -33,25 +37,23 @@ struct RecordStream {
   double diagonal = 0; ///< of the bounding box of the used vertices
   double volume = 0;   ///< of the original mesh
 
-  // Versions.
   std::uint32_t original_tet_count = 0;
   std::uint32_t original_ghost_count = 0;
-  /// Four vertices each; real tets positively oriented, ghosts oriented like the tets (so a ghost's face, seen from
-  /// the dummy, is the boundary face seen from outside).
-  std::vector<Tet> versions;
+  /// What each slot held last: one that a record deleted, when it was deleted; any other, in the base mesh. Real tets
+  /// positively oriented, ghosts oriented like the tets (so a ghost's face, seen from the dummy, is the boundary face
+  /// seen from outside).
+  std::vector<Tet> slots;
 
   // Records, in collapse order.
   std::vector<VertexId> removed;
   std::vector<VertexId> target;
   /// Non-decreasing. Records of one round do not depend on one another.
   std::vector<std::uint32_t> round;
-  /// size()+1 offsets into `fine`.
-  std::vector<std::uint64_t> fine_begin{0};
-  /// Versions consumed: modified ones first.
-  std::vector<VersionId> fine;
+  /// size()+1 offsets into `stars`.
+  std::vector<std::uint64_t> star_begin{0};
+  /// Slots of the stars of the removed vertices: modified ones first.
+  std::vector<std::uint32_t> stars;
   std::vector<std::uint16_t> modified_count;
-  /// First version of C(i); C(i)[m] comes from F(i)[m].
-  std::vector<VersionId> coarse_begin;
   /// size() x fields.size(): largest field error over C(i), in field units. Where errors are measured everywhere, over
   /// what C(i) covers of the original's domain; otherwise all that was looked at.
   std::vector<double> field_error;
@@ -72,18 +74,37 @@ struct RecordStream {
   std::vector<double> uncovered_volume;
   /// size()+1 offsets into `also_needs`.
   std::vector<std::uint64_t> also_needs_begin{0};
-  /// Later records whose splits must be applied before that of the record, besides those that consumed its coarse
-  /// versions: without them boundary faces could stand together in a cut that never met while the mesh was collapsed,
+  /// Later records whose splits must be applied before that of the record, besides those that took its modified slots
+  /// next: without them boundary faces could stand together in a cut that never met while the mesh was collapsed,
   /// and cross. Ascending for each record.
   std::vector<std::uint32_t> also_needs;
 
   [[nodiscard]] std::size_t size() const { return removed.size(); }
-  /// Those that there were before any collapse.
-  [[nodiscard]] std::span<const Tet> original_tets() const { return {versions.data(), original_tet_count}; }
-  [[nodiscard]] std::span<const VersionId> consumed(std::size_t record) const {
-    return {fine.data() + fine_begin[record], fine.data() + fine_begin[record + 1]};
+  [[nodiscard]] std::size_t slot_count() const { return std::size_t{original_tet_count} + original_ghost_count; }
+  /// Whether the slot holds ghosts: it does always or never.
+  [[nodiscard]] bool is_ghost(std::uint32_t slot) const { return slot >= original_tet_count; }
+  [[nodiscard]] std::span<const std::uint32_t> star(std::size_t record) const {
+    return {stars.data() + star_begin[record], stars.data() + star_begin[record + 1]};
   }
-  /// Whether the collapse moved the boundary: it consumed a ghost.
+  [[nodiscard]] std::span<const std::uint32_t> modified(std::size_t record) const {
+    return star(record).first(modified_count[record]);
+  }
+  [[nodiscard]] std::span<const std::uint32_t> deleted(std::size_t record) const {
+    return star(record).subspan(modified_count[record]);
+  }
+  /// Original tets and ghosts, and all that records made.
+  [[nodiscard]] std::uint64_t version_count() const;
+  /// Makes the collapse of `record` in `tets`, by slot: what the deleted slots hold stays.
+  void collapse(std::size_t record, std::span<Tet> tets) const {
+    replace(record, removed[record], target[record], tets);
+  }
+  /// Undoes it.
+  void split(std::size_t record, std::span<Tet> tets) const { replace(record, target[record], removed[record], tets); }
+  /// What the slots hold before the first collapse.
+  [[nodiscard]] std::vector<Tet> original() const;
+  /// Slots that no record deleted; ascending. What they hold are the tets and ghosts of the base mesh.
+  [[nodiscard]] std::vector<std::uint32_t> base_slots() const;
+  /// Whether the collapse moved the boundary: there is a ghost in its star.
   [[nodiscard]] bool moves_boundary(std::size_t record) const;
   /// Appends the field errors, the squared errors and the uncovered volume of record `record` of `other`, which has the
   /// same fields: so many as `field_count`.
@@ -102,6 +123,9 @@ struct RecordStream {
   }
   /// Explains the first broken invariant; empty when all hold. O(versions).
   [[nodiscard]] std::string validate() const;
+
+private:
+  void replace(std::size_t record, VertexId from, VertexId to, std::span<Tet> tets) const;
 };
 
 /// Whether integrals of squared differences up to `range` over `volume` are doubles with all their digits.

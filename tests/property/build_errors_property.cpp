@@ -1,5 +1,6 @@
 // The errors that the builder records, against brute force: on sample meshes, random grids and real meshes.
 #include "support/built.hpp"
+#include "support/versions.hpp"
 #ifdef PTET_TEST_WITH_VTK
 #include "formats/vtk/read.hpp"
 #endif
@@ -58,6 +59,7 @@ std::size_t check_field_errors(const Built& built, const std::vector<char>& is_s
   const test::CutMesh cut = test::cut_mesh(stream, is_split);
   const std::vector<BoxedTet> boxes = boxed(built, cut.tets);
   const auto holders = test::possible_holders(stream, points, is_split, vertices);
+  const test::Versions all(stream);
   const std::vector<std::size_t> maker_of = test::makers(stream);
   const auto excess_at = [&](std::size_t f, VertexId v, const Tet& tet, const std::array<double, 4>& weight,
                              std::size_t maker, bool is_inside) {
@@ -88,7 +90,7 @@ std::size_t check_field_errors(const Built& built, const std::vector<char>& is_s
 
     std::vector<double> held(field_count, std::numeric_limits<double>::infinity());
     for (const VersionId t : holders[i]) {
-      const Tet& tet = stream.versions[t.index()];
+      const Tet& tet = all.tets[t.index()];
       const auto nearest = test::nearest_on_tet(p, boxed(built, {tet})[0].corner);
       for (std::size_t f = 0; f < field_count; ++f)
         held[f] = std::min(held[f], excess_at(f, v, tet, nearest.weight, maker_of[t.index()], false));
@@ -139,6 +141,7 @@ private:
 /// came to lie there.
 void check_every_version(const Built& built) {
   const RecordStream& stream = built.stream;
+  const test::Versions all(stream);
   const std::vector<Point>& points = built.prepared.points;
   const std::size_t field_count = stream.fields.size();
   const PointGrid grid(points);
@@ -149,7 +152,7 @@ void check_every_version(const Built& built) {
   for (std::size_t i = 0; i < stream.size(); ++i) {
     is_removed[stream.removed[i].index()] = 1;
     for (std::size_t m = 0; m < stream.modified_count[i]; ++m) {
-      const Tet& tet = stream.versions[stream.coarse_begin[i].index() + m];
+      const Tet& tet = all.tets[all.coarse_begin[i].index() + m];
       if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
       const BoxedTet box = boxed(built, {tet})[0];
       grid.visit(box.low, box.high, [&](VertexId v) {
@@ -281,12 +284,13 @@ TEST_CASE("where the boundary stays, recorded field errors are those at the remo
     const Built built = build_all(std::move(prepared), options);
     const RecordStream& stream = built.stream;
     REQUIRE(stream.size() > 60);
+    const test::Versions all(stream);
     const std::size_t k = stream.fields.size();
     std::vector<VertexId> removed;
     for (std::size_t i = 0; i < stream.size(); ++i) {
       removed.push_back(stream.removed[i]);
       REQUIRE(stream.domain_error[i] == 0);
-      const auto first = stream.versions.begin() + stream.coarse_begin[i].index();
+      const auto first = all.tets.begin() + all.coarse_begin[i].index();
       const std::vector<Tet> made(first, first + stream.modified_count[i]);
       const std::vector<BoxedTet> boxes = boxed(built, made);
       for (std::size_t f = 0; f < k; ++f) {

@@ -3,6 +3,7 @@
 #include "build/builder.hpp"
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
+#include "support/versions.hpp"
 
 #include <random>
 
@@ -73,12 +74,13 @@ double distance(const std::vector<double>& a, const std::vector<double>& b) {
 /// points of the domain were looked at.
 std::pair<double, std::size_t> worst_excess(const Built& built, int points_per_version, std::mt19937& random) {
   const RecordStream& records = built.records;
+  const test::Versions all(records);
   const std::size_t fields = records.fields.size();
   double worst = -1;
   std::size_t looked_at = 0;
   for (std::size_t r = 0; r < records.size(); ++r)
     for (std::uint32_t m = 0; m < records.modified_count[r]; ++m) {
-      const Tet& version = records.versions[records.coarse_begin[r].index() + m];
+      const Tet& version = all.tets[all.coarse_begin[r].index() + m];
       if (is_ghost(version)) continue;
       const auto corners = corners_of(built, version);
       for (int i = 0; i < points_per_version; ++i) {

@@ -6,6 +6,7 @@
 #include "mesh/topology.hpp"
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
+#include "support/versions.hpp"
 #ifdef PTET_TEST_WITH_VTK
 #include "formats/vtk/read.hpp"
 #endif
@@ -90,9 +91,10 @@ void for_each_near_pair(std::vector<Bounded> faces, Visit&& visit) {
 
 /// By version: the record that consumed it, or CutMesh::kOriginal.
 std::vector<std::size_t> consumers(const RecordStream& records) {
-  std::vector<std::size_t> consumer(records.versions.size(), test::CutMesh::kOriginal);
+  const test::Versions all(records);
+  std::vector<std::size_t> consumer(all.tets.size(), test::CutMesh::kOriginal);
   for (std::size_t r = 0; r < records.size(); ++r)
-    for (const VersionId t : records.consumed(r))
+    for (const VersionId t : all.consumed(r))
       consumer[t.index()] = r;
   return consumer;
 }
@@ -108,7 +110,7 @@ void for_each_crossing(const RecordStream& records, const std::vector<Point>& po
     return (by == test::CutMesh::kOriginal || is_split[by] == 0) &&
            (to == test::CutMesh::kOriginal || is_split[to] != 0);
   };
-  std::vector<Bounded> faces = faces_of(records.versions, points);
+  std::vector<Bounded> faces = faces_of(test::Versions(records).tets, points);
   std::erase_if(faces, [&](const Bounded& face) { return !is_there(face); });
   for_each_near_pair(std::move(faces), [&](const Bounded& a, const Bounded& b) {
     if (faces_meet_improperly(a.face, b.face, points)) visit(a.version, b.version);
@@ -124,9 +126,10 @@ std::size_t crossings(const RecordStream& records, const std::vector<Point>& poi
 
 /// By version: which curves it is of where the original's boundary crosses itself, itself or by what it stands for.
 std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records, const std::vector<Point>& points) {
-  std::vector<std::size_t> curve(records.versions.size()); // its smallest face, in the end
+  const test::Versions versions(records);
+  std::vector<std::size_t> curve(versions.tets.size()); // its smallest face, in the end
   std::iota(curve.begin(), curve.end(), std::size_t{0});
-  std::vector<std::set<std::size_t>> curves(records.versions.size());
+  std::vector<std::set<std::size_t>> curves(versions.tets.size());
   const std::vector<char> all(records.size(), 1);
   for (bool changed = true; changed;) {
     changed = false;
@@ -141,10 +144,10 @@ std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records,
   });
   for (std::size_t r = 0; r < records.size(); ++r) {
     std::set<std::size_t> sum;
-    for (const VersionId t : records.consumed(r))
+    for (const VersionId t : versions.consumed(r))
       sum.insert(curves[t.index()].begin(), curves[t.index()].end());
     for (std::uint32_t m = 0; m < records.modified_count[r]; ++m)
-      curves[records.coarse_begin[r].index() + m] = sum;
+      curves[versions.coarse_begin[r].index() + m] = sum;
   }
   return curves;
 }
@@ -153,7 +156,7 @@ std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records,
 std::size_t pairs_in_one_cut(const RecordStream& records, const std::vector<Point>& points) {
   const std::vector<std::size_t> consumer = consumers(records);
   const std::vector<std::size_t> maker = test::makers(records);
-  const std::vector<Bounded> faces = faces_of(records.versions, points);
+  const std::vector<Bounded> faces = faces_of(test::Versions(records).tets, points);
   std::vector<std::pair<std::size_t, std::size_t>> apart; // consumer of the one before the maker of the other
   std::size_t together = 0;
   for_each_near_pair(faces, [&](const Bounded& a, const Bounded& b) {
@@ -236,6 +239,7 @@ Tally try_cuts(const Built& built, int cuts, std::mt19937& random) {
 std::size_t check_each_is_needed(const Built& built, std::size_t most) {
   const RecordStream bare = without_dependencies(built.records);
   const std::vector<std::size_t> consumer = consumers(bare);
+  const test::Versions all(bare);
   std::size_t looked_at = 0;
   const std::size_t step = std::max<std::size_t>(1, built.records.also_needs.size() / most);
   std::size_t number = 0;
@@ -248,7 +252,7 @@ std::size_t check_each_is_needed(const Built& built, std::size_t most) {
       for (std::uint32_t m = 0; m < bare.modified_count[other] && crossed == 0; ++m) {
         std::vector<char> is_split(bare.size());
         is_split[r] = 1;
-        if (const std::size_t by = consumer[bare.coarse_begin[other].index() + m]; by != test::CutMesh::kOriginal)
+        if (const std::size_t by = consumer[all.coarse_begin[other].index() + m]; by != test::CutMesh::kOriginal)
           is_split[by] = 1;
         test::close_cut(bare, is_split);
         CHECK(is_split[other] == 0);

@@ -5,6 +5,7 @@
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/topology_checks.hpp"
+#include "support/versions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -123,19 +124,18 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 bool same_bytes(const RecordStream& a, const RecordStream& b) {
-  return a.diagonal == b.diagonal && a.volume == b.volume && same_bytes(a.versions, b.versions) &&
+  return a.diagonal == b.diagonal && a.volume == b.volume && same_bytes(a.slots, b.slots) &&
          same_bytes(a.removed, b.removed) && same_bytes(a.target, b.target) && same_bytes(a.round, b.round) &&
-         same_bytes(a.fine_begin, b.fine_begin) && same_bytes(a.fine, b.fine) &&
-         same_bytes(a.modified_count, b.modified_count) && same_bytes(a.coarse_begin, b.coarse_begin) &&
-         same_bytes(a.field_error, b.field_error) && same_bytes(a.outside_error, b.outside_error) &&
-         same_bytes(a.domain_error, b.domain_error) && same_bytes(a.squared_error, b.squared_error) &&
-         same_bytes(a.uncovered_volume, b.uncovered_volume) && same_bytes(a.also_needs_begin, b.also_needs_begin) &&
-         same_bytes(a.also_needs, b.also_needs);
+         same_bytes(a.star_begin, b.star_begin) && same_bytes(a.stars, b.stars) &&
+         same_bytes(a.modified_count, b.modified_count) && same_bytes(a.field_error, b.field_error) &&
+         same_bytes(a.outside_error, b.outside_error) && same_bytes(a.domain_error, b.domain_error) &&
+         same_bytes(a.squared_error, b.squared_error) && same_bytes(a.uncovered_volume, b.uncovered_volume) &&
+         same_bytes(a.also_needs_begin, b.also_needs_begin) && same_bytes(a.also_needs, b.also_needs);
 }
 
 bool same_collapses(const RecordStream& a, const RecordStream& b) {
   return same_bytes(a.removed, b.removed) && same_bytes(a.target, b.target) && same_bytes(a.round, b.round) &&
-         same_bytes(a.versions, b.versions);
+         same_bytes(a.slots, b.slots);
 }
 
 std::vector<char> random_cut(const RecordStream& stream, unsigned one_in, std::mt19937& random) {
@@ -229,6 +229,7 @@ std::size_t check_bounds_everywhere(const PreparedMesh& prepared, const RecordSt
 std::size_t check_outside_vertices(const PreparedMesh& prepared, const RecordStream& stream,
                                    const std::vector<char>& is_split, const test::CutMesh& cut) {
   const auto holders = test::possible_holders(stream, prepared.points, is_split, cut.removed);
+  const test::Versions all(stream);
   const std::vector<std::size_t> maker_of = test::makers(stream);
   std::size_t outside = 0;
   double excess = 0;
@@ -243,7 +244,7 @@ std::size_t check_outside_vertices(const PreparedMesh& prepared, const RecordStr
     for (std::size_t f = 0; f < stream.fields.size(); ++f) {
       double least = std::numeric_limits<double>::infinity();
       for (const VersionId t : holders[i]) {
-        const Tet& tet = stream.versions[t.index()];
+        const Tet& tet = all.tets[t.index()];
         const auto nearest = test::nearest_on_tet(p, corners(prepared, tet));
         const double error = test::interpolation_error(prepared.mesh.point_arrays[stream.fields[f].array],
                                                        cut.removed[i], tet, nearest.weight);
@@ -547,10 +548,11 @@ TEST_CASE("a vertex that the boundary leaves outside has the error of the closes
       const RecordStream& stream = built.stream;
       REQUIRE(stream.size() == 1);
       REQUIRE(stream.removed[0] == tip);
+      const test::Versions all(stream);
       std::array<double, 2> at_closest{};
       double nearest = std::numeric_limits<double>::infinity();
       for (std::uint32_t m = 0; m < stream.modified_count[0]; ++m) {
-        const Tet& tet = stream.versions[stream.coarse_begin[0].index() + m];
+        const Tet& tet = all.tets[all.coarse_begin[0].index() + m];
         if (is_ghost(tet)) continue;
         const auto on = test::nearest_on_tet(prepared.points[tip.index()], corners(prepared, tet));
         if (on.distance >= nearest) continue;

@@ -11,6 +11,7 @@
 #include "support/meshes.hpp"
 #include "support/methods.hpp"
 #include "support/topology_checks.hpp"
+#include "support/versions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -178,11 +179,12 @@ void check_squared_error(const Built& built) {
 void check_pieces_apart(const Built& built, std::uint32_t pieces) {
   const build::MeshPieces cut(built.prepared, pieces);
   const RecordStream& stream = built.stream;
+  const test::Versions all(stream);
   for (std::size_t r = 0; r < built.report.piece_records; ++r) {
     const std::uint32_t piece = cut.piece_of()[stream.removed[r].index()];
     REQUIRE(piece == built.decisions.piece[r]);
     for (std::uint32_t m = 0; m < stream.modified_count[r]; ++m)
-      for (const VertexId v : stream.versions[stream.coarse_begin[r].index() + m])
+      for (const VertexId v : all.tets[all.coarse_begin[r].index() + m])
         if (v != kDummyVertex) REQUIRE(cut.piece_of()[v.index()] == piece);
   }
 }

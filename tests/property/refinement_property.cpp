@@ -15,8 +15,8 @@ namespace {
 
 std::vector<Tet> original_versions(const RecordStream& stream) {
   std::vector<Tet> tets;
-  for (std::size_t t = 0; t < stream.original_tet_count + std::size_t{stream.original_ghost_count}; ++t)
-    tets.push_back(test::sorted_keeping_orientation(stream.versions[t]));
+  for (const Tet& tet : stream.original())
+    tets.push_back(test::sorted_keeping_orientation(tet));
   std::sort(tets.begin(), tets.end());
   return tets;
 }

@@ -1,6 +1,7 @@
 #include "support/brute_force.hpp"
 
 #include "support/mesh_checks.hpp"
+#include "support/versions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,23 +31,24 @@ double determinant(const Point& a, const Point& b, const Point& c, const Point& 
 
 CutMesh cut_mesh(const RecordStream& stream, const std::vector<char>& is_split) {
   const std::size_t original = std::size_t{stream.original_tet_count} + stream.original_ghost_count;
-  std::vector<std::size_t> maker(stream.versions.size(), CutMesh::kOriginal);
-  std::vector<char> is_there(stream.versions.size(), 0);
+  const Versions all(stream);
+  std::vector<std::size_t> maker(all.tets.size(), CutMesh::kOriginal);
+  std::vector<char> is_there(all.tets.size(), 0);
   std::fill_n(is_there.begin(), original, 1);
   CutMesh cut;
   for (std::size_t i = 0; i < stream.size(); ++i) {
     if (is_split[i]) continue;
     cut.removed.push_back(stream.removed[i]);
-    for (const VersionId t : stream.consumed(i))
+    for (const VersionId t : all.consumed(i))
       is_there[t.index()] = 0;
     for (std::size_t m = 0; m < stream.modified_count[i]; ++m) {
-      is_there[stream.coarse_begin[i].index() + m] = 1;
-      maker[stream.coarse_begin[i].index() + m] = i;
+      is_there[all.coarse_begin[i].index() + m] = 1;
+      maker[all.coarse_begin[i].index() + m] = i;
     }
   }
   for (std::size_t t = 0; t < is_there.size(); ++t) {
     if (!is_there[t]) continue;
-    const Tet& tet = stream.versions[t];
+    const Tet& tet = all.tets[t];
     const bool is_ghost = std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
     (is_ghost ? cut.ghosts : cut.tets).push_back(tet);
     (is_ghost ? cut.ghost_maker : cut.tet_maker).push_back(maker[t]);
@@ -62,15 +64,16 @@ std::vector<char> after_collapses(const RecordStream& stream, std::size_t count)
 
 void close_cut(const RecordStream& stream, std::vector<char>& is_split) {
   constexpr auto kNobody = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> consumer(stream.versions.size(), kNobody);
+  const Versions all(stream);
+  std::vector<std::size_t> consumer(all.tets.size(), kNobody);
   for (std::size_t i = 0; i < stream.size(); ++i)
-    for (const VersionId t : stream.consumed(i))
+    for (const VersionId t : all.consumed(i))
       consumer[t.index()] = i;
   // Consumers come later in the stream, so one pass is enough.
   for (std::size_t i = 0; i < stream.size(); ++i) {
     if (!is_split[i]) continue;
     for (std::size_t m = 0; m < stream.modified_count[i]; ++m)
-      if (const std::size_t next = consumer[stream.coarse_begin[i].index() + m]; next != kNobody) is_split[next] = 1;
+      if (const std::size_t next = consumer[all.coarse_begin[i].index() + m]; next != kNobody) is_split[next] = 1;
     for (const std::uint32_t next : stream.others_needed(i))
       is_split[next] = 1;
   }
@@ -141,15 +144,17 @@ NearestOnTet nearest_on_tet(const Point& p, const std::array<Point, 4>& tet) {
 }
 
 std::vector<std::size_t> makers(const RecordStream& stream) {
-  std::vector<std::size_t> maker(stream.versions.size(), CutMesh::kOriginal);
+  const Versions all(stream);
+  std::vector<std::size_t> maker(all.tets.size(), CutMesh::kOriginal);
   for (std::size_t i = 0; i < stream.size(); ++i)
-    std::fill_n(maker.begin() + stream.coarse_begin[i].index(), stream.modified_count[i], i);
+    std::fill_n(maker.begin() + all.coarse_begin[i].index(), stream.modified_count[i], i);
   return maker;
 }
 
 std::vector<std::vector<VersionId>> possible_holders(const RecordStream& stream, const std::vector<Point>& points,
                                                      const std::vector<char>& is_split,
                                                      const std::vector<VertexId>& vertices) {
+  const Versions all(stream);
   std::map<VertexId, std::set<VersionId>> holders; // of the vertices that are followed and gone
   std::map<VersionId, std::set<VertexId>> held;
   const std::set<VertexId> followed(vertices.begin(), vertices.end());
@@ -157,7 +162,7 @@ std::vector<std::vector<VersionId>> possible_holders(const RecordStream& stream,
     if (is_split[i]) continue;
     std::set<VertexId> homeless;
     if (followed.count(stream.removed[i]) != 0) homeless.insert(stream.removed[i]);
-    for (const VersionId t : stream.consumed(i)) {
+    for (const VersionId t : all.consumed(i)) {
       const auto found = held.find(t);
       if (found == held.end()) continue;
       for (const VertexId v : found->second)
@@ -170,8 +175,8 @@ std::vector<std::vector<VersionId>> possible_holders(const RecordStream& stream,
       std::vector<std::pair<double, VersionId>> offers;
       double nearest = std::numeric_limits<double>::infinity();
       for (std::uint32_t m = 0; m < stream.modified_count[i]; ++m) {
-        const VersionId t{stream.coarse_begin[i].index() + m};
-        const Tet& tet = stream.versions[t.index()];
+        const VersionId t{all.coarse_begin[i].index() + m};
+        const Tet& tet = all.tets[t.index()];
         if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
         const std::array<Point, 4> corners = {points[tet[0].index()], points[tet[1].index()], points[tet[2].index()],
                                               points[tet[3].index()]};

@@ -94,22 +94,22 @@ void check_sound(const Built& built, const CutMesh& cut, const MeshFacts& origin
 }
 
 void check_rounds(const RecordStream& stream) {
-  std::vector<std::uint32_t> made_in(stream.versions.size(), 0);
+  std::vector<std::uint32_t> made_in(stream.slot_count(), 0); // by slot
   std::size_t touched = 0;
   for (std::size_t i = 0; i < stream.size(); ++i) {
     REQUIRE(stream.round[i] > 0);
-    for (const VersionId t : stream.consumed(i))
-      touched += made_in[t.index()] == stream.round[i] ? 1 : 0;
-    for (std::size_t m = 0; m < stream.modified_count[i]; ++m)
-      made_in[stream.coarse_begin[i].index() + m] = stream.round[i];
+    for (const std::uint32_t slot : stream.star(i))
+      touched += made_in[slot] == stream.round[i] ? 1 : 0;
+    for (const std::uint32_t slot : stream.modified(i))
+      made_in[slot] = stream.round[i];
   }
   CHECK(touched == 0);
 }
 
 bool same_collapses(const RecordStream& a, const RecordStream& b) {
-  return same_bytes(a.versions, b.versions) && same_bytes(a.removed, b.removed) && same_bytes(a.target, b.target) &&
-         same_bytes(a.round, b.round) && same_bytes(a.fine_begin, b.fine_begin) && same_bytes(a.fine, b.fine) &&
-         same_bytes(a.modified_count, b.modified_count) && same_bytes(a.coarse_begin, b.coarse_begin);
+  return same_bytes(a.slots, b.slots) && same_bytes(a.removed, b.removed) && same_bytes(a.target, b.target) &&
+         same_bytes(a.round, b.round) && same_bytes(a.star_begin, b.star_begin) && same_bytes(a.stars, b.stars) &&
+         same_bytes(a.modified_count, b.modified_count);
 }
 
 void scale(PointArray& array, double factor) {

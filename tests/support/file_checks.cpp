@@ -77,11 +77,12 @@ std::vector<RecordId> match_records(const TetMesh& mesh, const RecordStream& rec
 void check_parents(const RecordStream& records, const std::vector<RecordId>& in_file, const file::Content& content) {
   if (std::find(in_file.begin(), in_file.end(), RecordId{}) != in_file.end()) return;
   std::vector<std::vector<RecordId>> expected(records.size());
-  std::vector<std::size_t> maker(records.versions.size(), records.size());
+  std::vector<std::size_t> maker(records.slot_count(), records.size()); // by slot, of what it holds
   for (std::size_t i = 0; i < records.size(); ++i) {
-    for (const VersionId t : records.consumed(i))
-      if (maker[t.index()] != records.size()) expected[maker[t.index()]].push_back(in_file[i]);
-    std::fill_n(maker.begin() + records.coarse_begin[i].index(), records.modified_count[i], i);
+    for (const std::uint32_t slot : records.star(i))
+      if (maker[slot] != records.size()) expected[maker[slot]].push_back(in_file[i]);
+    for (const std::uint32_t slot : records.modified(i))
+      maker[slot] = i;
   }
   std::size_t different = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -55,12 +56,15 @@ double distance_to_triangle(const Point& p, const Point& a, const Point& b, cons
 class Simplifier {
 public:
   Simplifier(const TetMesh& mesh, const NaiveOptions& options) : mesh_(mesh), options_(options), random_(options.seed) {
-    stream_.versions = mesh.tets;
+    versions_ = mesh.tets;
     stream_.original_tet_count = static_cast<std::uint32_t>(mesh.tets.size());
     for (const Face& face : examine(mesh).boundary)
-      stream_.versions.push_back({face[0], face[1], face[2], kDummyVertex});
-    stream_.original_ghost_count = static_cast<std::uint32_t>(stream_.versions.size() - mesh.tets.size());
-    for (std::uint32_t t = 0; t < stream_.versions.size(); ++t)
+      versions_.push_back({face[0], face[1], face[2], kDummyVertex});
+    stream_.original_ghost_count = static_cast<std::uint32_t>(versions_.size() - mesh.tets.size());
+    stream_.slots = versions_;
+    slot_of_.resize(versions_.size());
+    std::iota(slot_of_.begin(), slot_of_.end(), 0U);
+    for (std::uint32_t t = 0; t < versions_.size(); ++t)
       put(t, -1);
     for (const Tet& tet : mesh.tets)
       vertices_.insert(tet.begin(), tet.end());
@@ -99,12 +103,12 @@ private:
   }
 
   void put(std::uint32_t t, int round) {
-    for (const VertexId v : stream_.versions[t])
+    for (const VertexId v : versions_[t])
       star_[v].insert(t);
     made_in_[t] = round;
   }
   void take(std::uint32_t t) {
-    for (const VertexId v : stream_.versions[t])
+    for (const VertexId v : versions_[t])
       star_[v].erase(t);
   }
 
@@ -112,7 +116,7 @@ private:
   std::set<Simplex> link_of_vertex(VertexId v) const {
     std::set<Simplex> link;
     for (const std::uint32_t t : star_.at(v)) {
-      Simplex rest(stream_.versions[t].begin(), stream_.versions[t].end());
+      Simplex rest(versions_[t].begin(), versions_[t].end());
       rest.erase(v);
       add_faces(rest, link);
     }
@@ -121,7 +125,7 @@ private:
   std::set<Simplex> link_of_edge(VertexId v, VertexId w) const {
     std::set<Simplex> link;
     for (const std::uint32_t t : star_.at(v)) {
-      Simplex rest(stream_.versions[t].begin(), stream_.versions[t].end());
+      Simplex rest(versions_[t].begin(), versions_[t].end());
       if (rest.erase(w) == 0) continue;
       rest.erase(v);
       add_faces(rest, link);
@@ -138,7 +142,7 @@ private:
   }
 
   bool is_real(std::uint32_t t) const {
-    const Tet& tet = stream_.versions[t];
+    const Tet& tet = versions_[t];
     return std::find(tet.begin(), tet.end(), kDummyVertex) == tet.end();
   }
 
@@ -152,7 +156,7 @@ private:
                           std::inserter(common, common.end()));
     if (common != link_of_edge(from, to)) return false;
     for (const std::uint32_t t : star_.at(from)) {
-      Tet tet = stream_.versions[t];
+      Tet tet = versions_[t];
       if (std::find(tet.begin(), tet.end(), to) != tet.end() || !is_real(t)) continue;
       std::replace(tet.begin(), tet.end(), from, to);
       if (orientation(mesh_.position(tet[0]), mesh_.position(tet[1]), mesh_.position(tet[2]), mesh_.position(tet[3])) <=
@@ -164,7 +168,7 @@ private:
       const VertexId v = *simplex.begin();
       bool stays = false;
       for (const std::uint32_t t : star_.at(v)) {
-        const Tet& tet = stream_.versions[t];
+        const Tet& tet = versions_[t];
         const bool has_from = std::find(tet.begin(), tet.end(), from) != tet.end();
         const bool has_to = std::find(tet.begin(), tet.end(), to) != tet.end();
         stays |= is_real(t) && !(has_from && has_to);
@@ -198,10 +202,10 @@ private:
     const std::vector<std::uint32_t> star(star_.at(from).begin(), star_.at(from).end());
     std::vector<std::uint32_t> modified, deleted;
     for (const std::uint32_t t : star) {
-      const Tet& tet = stream_.versions[t];
+      const Tet& tet = versions_[t];
       (std::find(tet.begin(), tet.end(), to) == tet.end() ? modified : deleted).push_back(t);
     }
-    const auto first_coarse = static_cast<std::uint32_t>(stream_.versions.size());
+    const auto first_coarse = static_cast<std::uint32_t>(versions_.size());
     std::set<VertexId> held = {from}, held_outside;
     if (link_of_vertex(from).count({kDummyVertex}) != 0) held_outside.insert(from);
     for (const std::uint32_t t : star) {
@@ -209,23 +213,23 @@ private:
       take(t);
     }
     for (const std::uint32_t t : modified) {
-      Tet tet = stream_.versions[t];
+      Tet tet = versions_[t];
       std::replace(tet.begin(), tet.end(), from, to);
-      stream_.versions.push_back(tet);
-      put(static_cast<std::uint32_t>(stream_.versions.size() - 1), round);
+      versions_.push_back(tet);
+      slot_of_.push_back(slot_of_[t]);
+      stream_.slots[slot_of_[t]] = tet;
+      put(static_cast<std::uint32_t>(versions_.size() - 1), round);
     }
     vertices_.erase(from);
 
     stream_.removed.push_back(from);
     stream_.target.push_back(to);
     stream_.round.push_back(static_cast<std::uint32_t>(round));
-    for (const std::uint32_t t : modified)
-      stream_.fine.push_back(VersionId{t});
-    for (const std::uint32_t t : deleted)
-      stream_.fine.push_back(VersionId{t});
-    stream_.fine_begin.push_back(stream_.fine.size());
+    for (const auto& part : {modified, deleted})
+      for (const std::uint32_t t : part)
+        stream_.stars.push_back(slot_of_[t]);
+    stream_.star_begin.push_back(stream_.stars.size());
     stream_.modified_count.push_back(static_cast<std::uint16_t>(modified.size()));
-    stream_.coarse_begin.push_back(VersionId{first_coarse});
     std::vector<double> field_error(stream_.fields.size(), 0);
     double domain_error = 0;
     for (const VertexId v : held)
@@ -244,11 +248,11 @@ private:
     double best = -INFINITY;
     std::uint32_t best_tet = 0;
     std::array<double, 4> best_weights{};
-    for (std::uint32_t t = first_coarse; t < stream_.versions.size(); ++t) {
+    for (std::uint32_t t = first_coarse; t < versions_.size(); ++t) {
       if (!is_real(t)) continue;
       std::array<Point, 4> corners;
       for (std::size_t i = 0; i < 4; ++i)
-        corners[i] = mesh_.position(stream_.versions[t][i]);
+        corners[i] = mesh_.position(versions_[t][i]);
       const double whole = six_volumes(corners[0], corners[1], corners[2], corners[3]);
       std::array<double, 4> weights{};
       for (std::size_t i = 0; i < 4; ++i) {
@@ -274,7 +278,7 @@ private:
       for (std::uint32_t c = 0; c < array.components; ++c) {
         double value = 0;
         for (std::size_t i = 0; i < 4; ++i)
-          value += best_weights[i] / sum * array.value(stream_.versions[best_tet][i].index(), c);
+          value += best_weights[i] / sum * array.value(versions_[best_tet][i].index(), c);
         const double difference = value - array.value(v.index(), c);
         error_sq += difference * difference;
       }
@@ -285,10 +289,10 @@ private:
   void hand_down_to_face(VertexId v, std::uint32_t first_coarse, double& domain_error) {
     double least = INFINITY;
     std::uint32_t best = 0;
-    for (std::uint32_t t = first_coarse; t < stream_.versions.size(); ++t) {
+    for (std::uint32_t t = first_coarse; t < versions_.size(); ++t) {
       if (is_real(t)) continue;
       std::vector<Point> face;
-      for (const VertexId corner : stream_.versions[t])
+      for (const VertexId corner : versions_[t])
         if (corner != kDummyVertex) face.push_back(mesh_.position(corner));
       const double distance = distance_to_triangle(mesh_.position(v), face[0], face[1], face[2]);
       if (distance < least) {
@@ -308,6 +312,8 @@ private:
   std::set<VertexId> vertices_;
   std::map<VertexId, std::set<std::uint32_t>> star_;
   std::map<std::uint32_t, int> made_in_;
+  std::vector<Tet> versions_; ///< all that the slots ever held
+  std::vector<std::uint32_t> slot_of_;
   std::map<std::uint32_t, std::set<VertexId>> held_;
 };
 

@@ -29,27 +29,29 @@ Replay start_replay(const TetMesh& mesh, const RecordStream& stream) {
   for (std::uint32_t v = 0; v < n; ++v)
     original_id[file_id[v].index()] = VertexId{v};
 
-  std::vector<char> is_consumed(stream.versions.size(), 0);
-  for (const VersionId t : stream.fine)
+  Versions all(stream);
+  std::vector<char> is_consumed(all.tets.size(), 0);
+  for (const VersionId t : all.fine)
     is_consumed[t.index()] = 1;
   std::vector<Tet> base;
-  for (std::size_t t = 0; t < stream.versions.size(); ++t) {
-    const Tet& tet = stream.versions[t];
+  for (std::size_t t = 0; t < all.tets.size(); ++t) {
+    const Tet& tet = all.tets[t];
     if (!is_consumed[t] && std::find(tet.begin(), tet.end(), kDummyVertex) == tet.end())
       base.push_back(renumbered(tet, file_id));
   }
-  return {Refinement(std::move(base), n - records, records), std::move(file_id), std::move(original_id)};
+  return {Refinement(std::move(base), n - records, records), std::move(file_id), std::move(original_id),
+          std::move(all)};
 }
 
 void apply(Replay& replay, const RecordStream& stream, RecordId r) {
   Refinement& refinement = replay.refinement;
   const std::size_t i = replay.in_stream(r);
   std::set<Tet> coarse, fine;
-  for (std::size_t m = 0; m < stream.consumed(i).size(); ++m) {
-    fine.insert(sorted_keeping_orientation(renumbered(stream.versions[stream.consumed(i)[m].index()], replay.file_id)));
+  const Versions& all = replay.all;
+  for (std::size_t m = 0; m < all.consumed(i).size(); ++m) {
+    fine.insert(sorted_keeping_orientation(renumbered(all.tets[all.consumed(i)[m].index()], replay.file_id)));
     if (m < stream.modified_count[i])
-      coarse.insert(
-          sorted_keeping_orientation(renumbered(stream.versions[stream.coarse_begin[i].index() + m], replay.file_id)));
+      coarse.insert(sorted_keeping_orientation(renumbered(all.tets[all.coarse_begin[i].index() + m], replay.file_id)));
   }
   const auto in_region = [&](VersionId t) {
     return coarse.count(sorted_keeping_orientation(refinement.vertices(t))) != 0;
@@ -73,15 +75,16 @@ void apply(Replay& replay, const RecordStream& stream, RecordId r) {
 
 std::vector<std::vector<RecordId>> parents_in_stream(const RecordStream& stream) {
   const auto n = static_cast<std::uint32_t>(stream.size());
-  std::vector<std::uint32_t> consumer(stream.versions.size(), n);
+  const Versions all(stream);
+  std::vector<std::uint32_t> consumer(all.tets.size(), n);
   for (std::uint32_t i = 0; i < n; ++i)
-    for (const VersionId t : stream.consumed(i))
+    for (const VersionId t : all.consumed(i))
       consumer[t.index()] = i;
   std::vector<std::vector<RecordId>> parents(n);
   for (std::uint32_t i = 0; i < n; ++i) {
     std::set<RecordId> found;
     for (std::uint32_t m = 0; m < stream.modified_count[i]; ++m)
-      if (const std::uint32_t by = consumer[stream.coarse_begin[i].index() + m]; by != n)
+      if (const std::uint32_t by = consumer[all.coarse_begin[i].index() + m]; by != n)
         found.insert(RecordId{n - 1 - by});
     parents[n - 1 - i].assign(found.begin(), found.end());
   }

@@ -5,6 +5,7 @@
 #include "ptet/mesh.hpp"
 #include "record/refinement.hpp"
 #include "record/stream.hpp"
+#include "support/versions.hpp"
 
 #include <vector>
 
@@ -14,6 +15,7 @@ struct Replay {
   Refinement refinement;
   std::vector<VertexId> file_id;     ///< of each vertex of the mesh
   std::vector<VertexId> original_id; ///< of each vertex of the file
+  Versions all;                      ///< of the stream
   /// For each record of the refinement its place in the stream: size() - 1 - r.
   [[nodiscard]] std::size_t in_stream(RecordId r) const { return refinement.record_count() - 1 - r.index(); }
 };

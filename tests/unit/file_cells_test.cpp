@@ -16,13 +16,13 @@ namespace {
 struct Sample {
   TetMesh mesh = test::grid({{24, 4, 4}, {}, 2, 3});
   RecordStream records = test::simplify_naively(mesh);
-  std::vector<std::uint32_t> consumers = file::find_consumers(records);
+  StreamParents parents{records};
 };
 
 std::vector<std::uint32_t> generations(const Sample& sample) {
   std::vector<std::uint32_t> generation(sample.records.size());
   for (std::size_t i = generation.size(); i-- > 0;)
-    file::for_each_parent(sample.records, sample.consumers, i, [&](std::uint32_t parent) {
+    file::for_each_parent(sample.records, sample.parents, i, [&](std::uint32_t parent) {
       generation[i] = std::max(generation[i], generation[parent] + 1);
     });
   return generation;
@@ -34,7 +34,7 @@ TEST_CASE("cells: each record is in one, which depends on none behind it") {
   const Sample sample;
   for (const std::size_t most : {20U, 100U, 100000U}) {
     const file::CellTree tree =
-        file::divide_into_cells(sample.mesh, sample.records, sample.consumers, generations(sample), most);
+        file::divide_into_cells(sample.mesh, sample.records, sample.parents, generations(sample), most);
     const auto& cells = tree.cells;
     std::vector<std::size_t> home(sample.records.size(), cells.size());
     std::size_t records = 0;
@@ -48,7 +48,7 @@ TEST_CASE("cells: each record is in one, which depends on none behind it") {
     CHECK(std::count(home.begin(), home.end(), cells.size()) == 0);
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < sample.records.size(); ++i)
-      file::for_each_parent(sample.records, sample.consumers, i,
+      file::for_each_parent(sample.records, sample.parents, i,
                             [&](std::uint32_t parent) { wrong += home[parent] > home[i] ? 1 : 0; });
     CHECK(wrong == 0);
     if (most == 100000) CHECK(cells.size() == 1);
@@ -58,7 +58,7 @@ TEST_CASE("cells: each record is in one, which depends on none behind it") {
 TEST_CASE("cells: those of few records are taken together") {
   const Sample sample;
   const file::CellTree tree =
-      file::divide_into_cells(sample.mesh, sample.records, sample.consumers, generations(sample), 20);
+      file::divide_into_cells(sample.mesh, sample.records, sample.parents, generations(sample), 20);
   REQUIRE(tree.cells.size() > 8);
   std::vector<std::size_t> sizes, ones(tree.cells.size(), 1);
   for (const auto& cell : tree.cells)
@@ -88,13 +88,13 @@ TEST_CASE("cells: a separator is found where there is little to separate") {
   const TetMesh mesh =
       test::grid({{24, 6, 6}, [](int x, int y, int z) { return x < 14 || x > 17 || (y == 2 && z == 2); }, 2, 3});
   const RecordStream records = test::simplify_naively(mesh);
-  const std::vector<std::uint32_t> consumers = file::find_consumers(records);
+  const StreamParents parents(records);
   std::vector<std::uint32_t> generation(records.size());
   for (std::size_t i = generation.size(); i-- > 0;)
-    file::for_each_parent(records, consumers, i, [&](std::uint32_t parent) {
+    file::for_each_parent(records, parents, i, [&](std::uint32_t parent) {
       generation[i] = std::max(generation[i], generation[parent] + 1);
     });
-  const file::CellTree tree = file::divide_into_cells(mesh, records, consumers, generation, records.size() - 1);
+  const file::CellTree tree = file::divide_into_cells(mesh, records, parents, generation, records.size() - 1);
   REQUIRE(tree.cells.size() == 3);
   std::array<double, 3> least{}, greatest{};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -110,7 +110,7 @@ TEST_CASE("cells: a separator is found where there is little to separate") {
 
 TEST_CASE("cells: the finest block of a long mesh needs but a part of it") {
   const Sample sample;
-  const file::FileOrder order = file::order_file(sample.mesh, sample.records, sample.consumers, 8);
+  const file::FileOrder order = file::order_file(sample.mesh, sample.records, sample.parents, 8);
   std::vector<std::uint32_t> block_of(sample.records.size());
   for (std::uint32_t b = 0; b < order.blocks.size(); ++b) {
     CHECK(order.blocks[b].record_count <= 8);
@@ -127,7 +127,7 @@ TEST_CASE("cells: the finest block of a long mesh needs but a part of it") {
       const auto block = order.blocks[open.back()];
       open.pop_back();
       for (std::uint32_t i = 0; i < block.record_count; ++i)
-        file::for_each_parent(sample.records, sample.consumers, order.stream_record[block.first_record + i],
+        file::for_each_parent(sample.records, sample.parents, order.stream_record[block.first_record + i],
                               [&](std::uint32_t parent) {
                                 if (std::exchange(in[block_of[parent]], 1) == 0) open.push_back(block_of[parent]);
                               });

@@ -450,8 +450,9 @@ TEST_CASE("verification: an inverted tet, and the record that makes it") {
   const float far[3] = {1000, 1000, 1000};
   std::memcpy(mesh.positions.bytes.data() + moved * std::size_t{12}, far, 12);
   std::size_t inverted = 0;
-  for (const VersionId t : records.consumed(0)) {
-    const Tet& tet = records.versions[t.index()];
+  const std::vector<Tet> original = records.original();
+  for (const std::uint32_t slot : records.star(0)) {
+    const Tet& tet = original[slot];
     if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
     double m[3][3];
     for (std::size_t i = 0; i < 3; ++i)

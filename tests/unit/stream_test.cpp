@@ -33,21 +33,20 @@ TEST_CASE("record stream: what the simplifier makes is valid") {
 
 TEST_CASE("record stream: every spoiled one is found out") {
   CHECK(verdict([](RecordStream& s) { s.target.pop_back(); }) != "");
-  CHECK(verdict([](RecordStream& s) { s.fine.pop_back(); }) != "");
+  CHECK(verdict([](RecordStream& s) { s.stars.pop_back(); }) != "");
   CHECK(verdict([](RecordStream& s) { s.field_error.pop_back(); }) != "");
-  CHECK(verdict([](RecordStream& s) { s.fine_begin[3] = s.fine_begin[4] + 1; }) != "");
-  CHECK(verdict([](RecordStream& s) { s.fine_begin[3] = ~0ULL; }) != "");
+  CHECK(verdict([](RecordStream& s) { s.star_begin[3] = s.star_begin[4] + 1; }) != "");
+  CHECK(verdict([](RecordStream& s) { s.star_begin[3] = ~0ULL; }) != "");
   CHECK(verdict([](RecordStream& s) { std::swap(s.removed[0], s.target[0]); }) != "");
   CHECK(verdict([](RecordStream& s) { s.removed[0] = kDummyVertex; }) != "");
   CHECK(verdict([](RecordStream& s) { s.target[0] = s.removed[0]; }) != "");
   CHECK(verdict([](RecordStream& s) { s.removed[1] = s.removed[0]; }) != "");
-  CHECK(verdict([](RecordStream& s) { s.fine[0] = VersionId{}; }) != "");
-  CHECK(verdict([](RecordStream& s) { s.fine[1] = s.fine[0]; }) != "");
+  CHECK(verdict([](RecordStream& s) { s.stars[0] = ~0U; }) != "");
+  CHECK(verdict([](RecordStream& s) { s.stars[1] = s.stars[0]; }) != "");
   CHECK(verdict([](RecordStream& s) { ++s.modified_count[0]; }) != "");
-  CHECK(verdict([](RecordStream& s) { s.coarse_begin[2] = VersionId{}; }) != "");
-  CHECK(verdict([](RecordStream& s) { s.versions[0][0] = s.versions[0][1]; }) != "");
-  CHECK(verdict([](RecordStream& s) { std::swap(s.versions.back()[0], s.versions.back()[1]); }) != "");
-  CHECK(verdict([](RecordStream& s) { s.versions.push_back(s.versions[0]); }) != "");
+  CHECK(verdict([](RecordStream& s) { s.slots[0][0] = s.slots[0][1]; }) != "");
+  CHECK(verdict([](RecordStream& s) { s.slots.push_back(s.slots[0]); }) != "");
+  CHECK(verdict([](RecordStream& s) { std::swap(s.slots[s.stars[0]], s.slots[s.stars.back()]); }) != "");
   CHECK(verdict([](RecordStream& s) { --s.original_tet_count; }) != "");
   CHECK(verdict([](RecordStream& s) { s.round.assign(s.size(), 0); }) != "");
   CHECK(verdict([](RecordStream& s) { s.round.front() = 1000; }) != "");
@@ -70,24 +69,26 @@ TEST_CASE("record stream: each table has its length, each number its range, and 
   const Way ways[] = {
       {length, [](RecordStream& s) { s.round.pop_back(); }},
       {length, [](RecordStream& s) { s.modified_count.pop_back(); }},
-      {length, [](RecordStream& s) { s.coarse_begin.pop_back(); }},
       {length, [](RecordStream& s) { s.domain_error.pop_back(); }},
-      {length, [](RecordStream& s) { s.fine_begin.pop_back(); }},
+      {length, [](RecordStream& s) { s.star_begin.pop_back(); }},
       {length, [](RecordStream& s) { s.outside_error.assign(1, 0); }},
-      {"offsets of the fine versions do not span", [](RecordStream& s) { s.fine_begin.front() = 1; }},
+      {"offsets of the stars do not span", [](RecordStream& s) { s.star_begin.front() = 1; }},
       {"offsets of the other records needed do not", [](RecordStream& s) { s.also_needs_begin.front() = 1; }},
-      {"fewer versions than original", [](RecordStream& s) { s.versions.resize(s.original_tet_count); }},
+      {"not as many slots as original", [](RecordStream& s) { s.slots.resize(s.original_tet_count); }},
       {"volume is no finite number", [](RecordStream& s) { s.volume = INFINITY; }},
       {"diagonal is no length", [](RecordStream& s) { s.diagonal = -1; }},
       {"diagonal is no length", [](RecordStream& s) { s.diagonal = INFINITY; }},
       {"range of array", [](RecordStream& s) { s.fields[0].range = -1; }},
-      {"does not have four vertices", [](RecordStream& s) { s.versions[1][2] = VertexId{}; }},
-      {"a tet among the original ghosts", [](RecordStream& s) { s.versions[0][3] = kDummyVertex; }},
+      {"does not have four vertices", [](RecordStream& s) { s.slots[1][2] = VertexId{}; }},
+      {"a tet among the ghosts", [](RecordStream& s) { s.slots[0][3] = kDummyVertex; }},
       {"not two vertices of the mesh", [](RecordStream& s) { s.target[0] = kDummyVertex; }},
       {"was removed before", [](RecordStream& s) { s.target[s.size() - 1] = s.removed[0]; }},
-      {"offsets of its fine versions decrease", [](RecordStream& s) { s.fine_begin[1] = s.fine.size() + 1; }},
+      {"offsets of its star decrease", [](RecordStream& s) { s.star_begin[1] = s.stars.size() + 1; }},
+      {"a slot that is not there", [](RecordStream& s) { s.stars[0] = static_cast<std::uint32_t>(s.slots.size()); }},
+      {"a slot that was deleted", [](RecordStream& s) { s.stars[s.star_begin[1]] = s.deleted(0).front(); }},
+      {"taken in its own round", [](RecordStream& s) { s.stars[s.star_begin[1]] = s.modified(0).front(); }},
       {"modifies nothing", [](RecordStream& s) { s.modified_count[0] = 0; }},
-      {"do not follow those of the record before", [](RecordStream& s) { s.versions.resize(s.versions.size() - 1); }},
+      {"not one that it modifies", [](RecordStream& s) { std::swap(s.stars.front(), s.stars[s.star_begin[1] - 1]); }},
       {no_error, [](RecordStream& s) { s.domain_error[2] = INFINITY; }},
       {no_error, [](RecordStream& s) { s.outside_error.assign(s.field_error.size(), -1); }},
       {"other records it needs decrease", [](RecordStream& s) { s.also_needs_begin[1] = 1; }},

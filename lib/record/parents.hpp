@@ -1,0 +1,29 @@
+// Which records of a stream must be split before which.
+#pragma once
+
+#include "record/stream.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ptet {
+
+/// For each record the later ones that consumed what it made: those that took its modified slots next.
+class StreamParents {
+public:
+  StreamParents() = default;
+  explicit StreamParents(const RecordStream& records);
+
+  /// Each once, ascending.
+  [[nodiscard]] std::span<const std::uint32_t> of(std::size_t record) const {
+    const std::size_t row = begin_.size() - 2 - record; // found from the last record to the first
+    return {parents_.data() + begin_[row], parents_.data() + begin_[row + 1]};
+  }
+
+private:
+  std::vector<std::uint64_t> begin_{0};
+  std::vector<std::uint32_t> parents_;
+};
+
+} // namespace ptet
