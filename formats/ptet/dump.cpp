@@ -252,10 +252,10 @@ void Dump::describe_record(RecordId r) {
   }
   out_ << "\n             makes";
   for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k) {
-    const VersionId t{refinement.first_fine(r).index() + k};
+    const Tet tet = refinement.fine_tet(r, k);
     out_ << (k == 0 ? " (" : ", (");
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      const VertexId at = refinement.vertices(t)[corner];
+      const VertexId at = tet[corner];
       out_ << (corner == 0 ? "" : " ") << (at == kDummyVertex ? "-" : std::to_string(at.index()));
     }
     out_ << ')';

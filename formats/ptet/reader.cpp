@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint64_t kBytesPerVertex = 32;   // marks of the refinement and of the codec, the values apart
 constexpr std::uint64_t kBytesPerRecord = 128;  // tables by record, boxes of stars, a cut
 constexpr std::uint64_t kBytesPerBaseTet = 320; // with its ghosts, and the sorting of faces that joins them
-constexpr std::uint64_t kBytesPerVersion = 64;  // corners, state, a place among the present ones, parents
+constexpr std::uint64_t kBytesPerVersion = 64;  // its place, and what stands there and before that; parents
 
 /// Calls `f`. An Error(kCorruptFile) that it throws without a byte offset is thrown on with `offset`.
 template <class F>
@@ -297,8 +297,10 @@ void Reader::expect(std::span<const FetchedBlock> blocks, Content& content) cons
     records += blocks_[block.block].record_count;
     versions += decoding_->rows[block.block].version_count;
   }
+  // There are more places than tets, by the boundary faces; what is not used takes no memory.
+  const std::uint64_t tets_and_faces = header_.tet_count + std::uint64_t{header_.tet_count} / 4;
   if (content.refinement.applied_count() + records == header_.record_count)
-    content.refinement.reserve(content.refinement.version_count() + versions);
+    content.refinement.reserve(std::min(content.refinement.place_count() + versions, tets_and_faces));
 }
 
 Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) {

@@ -42,7 +42,7 @@ template <class InRegion>
 struct RecordKnown {
   static constexpr bool kWriter = true;
   std::span<const Seed> seeds;
-  InRegion in_region; ///< (VersionId) -> bool
+  InRegion in_region; ///< (place) -> bool
 };
 
 /// Codes records one after the other. Holds scratch for as many vertices as the mesh has.
@@ -78,7 +78,7 @@ public:
         return code_growth(coder, content, face, false);
       }
     };
-    content.refinement.split(r, target_, seed_versions_, joins, others);
+    content.refinement.split(r, target_, seed_places_, joins, others);
     weigh_link(content);
     code_arrays(coder, content, r);
     code_errors(coder, schema_, state, content, r, at_boundary_, missed_);
@@ -196,7 +196,7 @@ private:
   std::uint32_t stamp_ = 0;
 
   // Of the record at hand.
-  std::vector<VersionId> seed_versions_;
+  std::vector<std::uint32_t> seed_places_;
   VertexId target_;
   Point u_position_{}, v_position_{};
   Point star_least_{}, star_greatest_{};
@@ -213,29 +213,32 @@ template <class Coder, class Known>
 void RecordCodec::code_seeds(Coder& coder, BlockState& state, const Content& content, RecordId r, const Known& known) {
   const BlockInfo& block = blocks_[state.block];
   const Refinement& refinement = content.refinement;
-  seed_versions_.clear();
+  seed_places_.clear();
   for (bool more = true; more;) {
     Seed seed;
-    if constexpr (Known::kWriter) seed = known.seeds[seed_versions_.size()];
+    if constexpr (Known::kWriter) seed = known.seeds[seed_places_.size()];
     std::uint32_t rank = 0;
     code_seed(coder, schema_, state.seeds, block, refinement, blocks_, seed, rank, r);
     state.seeds.note(seed, rank);
-    VersionId version{seed.index};
+    std::uint32_t place = seed.index;
+    RecordId parent;
     if (seed.source != block.needs.size() + 1) {
       const BlockInfo& home = seed.source == 0 ? block : blocks_[block.needs[seed.source - 1]];
-      version = VersionId{refinement.first_fine(RecordId{home.first_record + seed.index}).index() + seed.fine};
+      parent = RecordId{home.first_record + seed.index};
+      place = refinement.fine_place(parent, seed.fine);
     }
-    const VertexId target = refinement.vertices(version)[seed.corner];
+    if (refinement.consumer(place) != parent) fail_record(r, "its seed is not in the mesh any more");
+    const VertexId target = refinement.tet(place)[seed.corner];
     if (target == kDummyVertex) fail_record(r, "its target is no vertex");
-    if (seed_versions_.empty()) {
+    if (seed_places_.empty()) {
       target_ = target;
     } else if (target != target_) {
       fail_record(r, "its seeds do not share the target");
     }
-    seed_versions_.push_back(version);
-    if constexpr (Known::kWriter) more = seed_versions_.size() < known.seeds.size();
+    seed_places_.push_back(place);
+    if constexpr (Known::kWriter) more = seed_places_.size() < known.seeds.size();
     more = coder.bit(schema_.more_seeds, more);
-    if (seed_versions_.size() > 4096) fail_record(r, "it has too many seeds");
+    if (seed_places_.size() > 4096) fail_record(r, "it has too many seeds");
   }
 }
 
@@ -247,7 +250,7 @@ void RecordCodec::code_position(Coder& coder, Content& content, RecordId r) {
   std::array<VertexId, 4> corners{target_};
   std::array<Point, 4> points{position(content, target_)};
   std::size_t count = 1;
-  for (const VertexId v : content.refinement.vertices(seed_versions_.front())) {
+  for (const VertexId v : content.refinement.tet(seed_places_.front())) {
     if (v == target_ || v == kDummyVertex) continue;
     corners[count] = v;
     points[count++] = position(content, v);
@@ -463,20 +466,18 @@ inline double RecordCodec::six_volumes(const Content& content, const Point& apex
 
 inline double RecordCodec::six_star_volumes(const Content& content, RecordId r) const {
   double sum = 0;
-  const std::uint32_t first = content.refinement.first_fine(r).index();
-  for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t)
-    if (!content.refinement.is_ghost(VersionId{t}))
-      sum += six_volumes(content, v_position_, content.refinement.vertices(VersionId{t}));
+  for (std::uint32_t k = 0; k < content.refinement.fine_count(r); ++k)
+    if (const Tet& tet = content.refinement.tet(content.refinement.fine_place(r, k)); !Refinement::is_ghost(tet))
+      sum += six_volumes(content, v_position_, tet);
   return sum;
 }
 
 /// Six times what the collapse took from the volume of the mesh.
 inline double RecordCodec::six_volumes_lost(const Content& content, RecordId r) const {
   double sum = 0;
-  const std::uint32_t first = content.refinement.first_fine(r).index();
-  for (std::uint32_t t = first; t < first + content.refinement.fine_count(r); ++t) {
-    if (content.refinement.is_ghost(VersionId{t})) continue;
-    const Tet& tet = content.refinement.vertices(VersionId{t});
+  for (std::uint32_t k = 0; k < content.refinement.fine_count(r); ++k) {
+    const Tet& tet = content.refinement.tet(content.refinement.fine_place(r, k));
+    if (Refinement::is_ghost(tet)) continue;
     sum += six_volumes(content, v_position_, tet);
     if (std::find(tet.begin(), tet.end(), target_) == tet.end()) sum -= six_volumes(content, u_position_, tet);
   }

@@ -10,24 +10,25 @@
 
 namespace ptet::file {
 
-Seed SeedChoice::seed_at(const Refinement& refinement, std::uint32_t number, VersionId version, VertexId target) const {
+Seed SeedChoice::seed_at(const Refinement& refinement, std::uint32_t number, std::uint32_t place,
+                         VertexId target) const {
   const BlockInfo& block = infos_[number];
-  const Tet& tet = refinement.vertices(version);
+  const Tet& tet = refinement.tet(place);
   Seed seed;
   seed.corner = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), target) - tet.begin());
-  const RecordId parent = refinement.consumer(version);
+  const RecordId parent = refinement.consumer(place);
   if (parent.is_none()) {
     seed.source = static_cast<std::uint32_t>(block.needs.size()) + 1;
-    seed.index = version.index();
+    seed.index = place;
     return seed;
   }
   const std::uint32_t home = block_of_[parent.index()];
   if (home != number) {
-    const auto place = std::lower_bound(block.needs.begin(), block.needs.end(), home);
-    seed.source = static_cast<std::uint32_t>(place - block.needs.begin()) + 1;
+    const auto needed = std::lower_bound(block.needs.begin(), block.needs.end(), home);
+    seed.source = static_cast<std::uint32_t>(needed - block.needs.begin()) + 1;
   }
   seed.index = parent.index() - infos_[home].first_record;
-  seed.fine = version.index() - refinement.first_fine(parent).index();
+  seed.fine = refinement.fine_in_place(parent, place);
   return seed;
 }
 
@@ -58,7 +59,7 @@ void SeedChoice::choose_for(const std::vector<Probability>& model, std::uint32_t
     const Choice best = cheapest(model, number, history, refinement, r, scratch.reached);
     seeds.push_back(best.seed);
     history.note(best.seed, best.rank);
-    left -= reach(refinement, r, best.place, scratch);
+    left -= reach(refinement, r, best.index, scratch);
   }
 }
 
@@ -76,7 +77,7 @@ SeedChoice::Choice SeedChoice::cheapest(const std::vector<Probability>& model, s
     const std::uint32_t place = match_.place_of(modified[i]);
     if (place == SlotMatch::kNone)
       throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
-    const Seed tried = seed_at(refinement, number, refinement.version_at(place), target);
+    const Seed tried = seed_at(refinement, number, place, target);
     BitMeter meter(model);
     Seed seed = tried;
     std::uint32_t rank = 0;
@@ -88,22 +89,22 @@ SeedChoice::Choice SeedChoice::cheapest(const std::vector<Probability>& model, s
   return best;
 }
 
-/// Goes from a version of the region to all that hang together with it; returns how many these are.
-std::uint32_t SeedChoice::reach(const Refinement& refinement, RecordId r, std::uint32_t place, Scratch& scratch) const {
+/// Goes from a tet of the region to all that hang together with it; returns how many these are.
+std::uint32_t SeedChoice::reach(const Refinement& refinement, RecordId r, std::uint32_t index, Scratch& scratch) const {
   const std::uint32_t record = order_.stream_record[r.index()];
   const auto modified = records_.modified(record);
   const VertexId target = order_.file_vertex[records_.target[record].index()];
   std::uint32_t count = 0;
-  scratch.front.assign(1, place);
-  scratch.reached[place] = 1;
+  scratch.front.assign(1, index);
+  scratch.reached[index] = 1;
   while (!scratch.front.empty()) {
-    const VersionId at = refinement.version_at(match_.place_of(modified[scratch.front.back()]));
+    const std::uint32_t at = match_.place_of(modified[scratch.front.back()]);
     scratch.front.pop_back();
     ++count;
     for (std::uint32_t corner = 0; corner < 4; ++corner) {
-      const VersionId behind = refinement.neighbour(at, corner);
-      if (refinement.vertices(at)[corner] == target || behind.is_none()) continue;
-      const auto found = std::find(modified.begin(), modified.end(), match_.slot_of(refinement.place_of(behind)));
+      const std::uint32_t behind = refinement.neighbour(at, corner);
+      if (refinement.tet(at)[corner] == target || behind == Refinement::kNoPlace) continue;
+      const auto found = std::find(modified.begin(), modified.end(), match_.slot_of(behind));
       const auto next = static_cast<std::uint32_t>(found - modified.begin());
       if (next == modified.size() || scratch.reached[next] != 0) continue;
       scratch.reached[next] = 1;

@@ -41,19 +41,19 @@ private:
   };
   /// Of all there is to choose from.
   struct Choice {
-    std::uint32_t place; ///< among the modified slots
+    std::uint32_t index; ///< among the modified slots
     Seed seed;
     std::uint32_t rank;
   };
 
   /// `number`: the block's.
-  [[nodiscard]] Seed seed_at(const Refinement& refinement, std::uint32_t number, VersionId version,
+  [[nodiscard]] Seed seed_at(const Refinement& refinement, std::uint32_t number, std::uint32_t place,
                              VertexId target) const;
   void choose_for(const std::vector<Probability>& model, std::uint32_t number, SeedHistory& history,
                   const Refinement& refinement, RecordId r, std::vector<Seed>& seeds, Scratch& scratch) const;
   [[nodiscard]] Choice cheapest(const std::vector<Probability>& model, std::uint32_t number, const SeedHistory& history,
                                 const Refinement& refinement, RecordId r, const std::vector<char>& reached) const;
-  [[nodiscard]] std::uint32_t reach(const Refinement& refinement, RecordId r, std::uint32_t place,
+  [[nodiscard]] std::uint32_t reach(const Refinement& refinement, RecordId r, std::uint32_t index,
                                     Scratch& scratch) const;
 
   const RecordStream& records_;

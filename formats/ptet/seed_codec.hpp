@@ -14,7 +14,7 @@
 
 namespace ptet::file {
 
-/// Where a seed is found: version `fine` of the list of F(p), p the `index`-th record of a block; or version `index`
+/// Where a seed is found: tet `fine` of the list of F(p), p the `index`-th record of a block; or tet or ghost `index`
 /// of the base. `corner`: of the target in that version.
 struct Seed {
   std::uint32_t source = 0; ///< 0: this block; 1 ..: BlockInfo::needs; behind them: the base
@@ -73,7 +73,7 @@ void code_seed(Coder& coder, const Schema& schema, const SeedHistory& history, c
   seed.index = static_cast<std::uint32_t>(index);
 
   if (seed.source == block.needs.size() + 1) {
-    if (seed.index >= refinement.base_version_count()) fail_record(r, "its seed is no tet of the base");
+    if (seed.index >= refinement.base_place_count()) fail_record(r, "its seed is no tet of the base");
     seed.corner = code_tree(coder, schema.corner, 2, seed.corner);
     return;
   }

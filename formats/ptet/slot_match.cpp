@@ -26,8 +26,8 @@ SlotMatch::SlotMatch(const RecordStream& records, const FileOrder& order, const 
   std::map<Tet, std::uint32_t> slot_of_tet;
   for (const std::uint32_t slot : records.base_slots())
     slot_of_tet.emplace(sorted(in_file(records.slots[slot])), slot);
-  for (std::uint32_t place = 0; place < refinement.base_version_count(); ++place) {
-    const auto found = slot_of_tet.find(sorted(refinement.vertices(VersionId{place})));
+  for (std::uint32_t place = 0; place < refinement.base_place_count(); ++place) {
+    const auto found = slot_of_tet.find(sorted(refinement.tet(place)));
     if (found == slot_of_tet.end()) throw Error(ErrorCode::kBadInput, "the records do not lead to a closed base mesh");
     match(found->second, place);
   }

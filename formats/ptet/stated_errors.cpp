@@ -4,6 +4,7 @@
 #include "error/field_values.hpp"
 #include "error/surface_distance.hpp"
 #include "error/tolerances.hpp"
+#include "formats/ptet/version_table.hpp"
 #include "mesh/prepare.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
@@ -45,20 +46,6 @@ std::vector<std::uint32_t> chosen(std::uint32_t records, std::uint64_t samples) 
   return all;
 }
 
-/// For each chosen record C(r).
-std::vector<std::vector<VersionId>> coarse_versions(const Refinement& refinement,
-                                                    const std::vector<std::uint32_t>& records) {
-  std::vector<std::vector<VersionId>> coarse(records.size());
-  for (std::uint32_t t = 0; t < refinement.version_count(); ++t) {
-    const RecordId creator = refinement.creator(VersionId{t});
-    if (creator.is_none()) continue;
-    const auto found = std::lower_bound(records.begin(), records.end(), creator.index());
-    if (found != records.end() && *found == creator.index())
-      coarse[static_cast<std::size_t>(found - records.begin())].push_back(VersionId{t});
-  }
-  return coarse;
-}
-
 /// What was measured of one record.
 struct Measured {
   std::vector<double> errors; ///< one a field, fractions of the range
@@ -72,8 +59,8 @@ struct Measured {
 class Measurer {
 public:
   explicit Measurer(const Verified& verified)
-      : content_(*verified.content), header_(verified.reader->header()), prepared_(prepare(finest_mesh(content_))),
-        id_(content_.positions.size()), boundary_(triangles_of(prepared_)) {
+      : content_(*verified.content), versions_(content_.refinement), header_(verified.reader->header()),
+        prepared_(prepare(finest_mesh(content_))), id_(content_.positions.size()), boundary_(triangles_of(prepared_)) {
     for (std::uint32_t v = 0; v < prepared_.original_vertex.size(); ++v)
       id_[prepared_.original_vertex[v].index()] = VertexId{v};
     for (std::uint32_t a = 0; a < header_.arrays.size(); ++a)
@@ -86,47 +73,48 @@ public:
   [[nodiscard]] double range(std::size_t f) const { return range_[f]; }
   [[nodiscard]] const ExactFieldError& exact() const { return *exact_; }
 
-  [[nodiscard]] Measured measure(RecordId r, const std::vector<VersionId>& coarse,
-                                 ExactFieldError::Workspace& workspace) const {
+  [[nodiscard]] Measured measure(RecordId r, ExactFieldError::Workspace& workspace) const {
     const Refinement& refinement = content_.refinement;
     const std::size_t fields = field_count();
     Measured measured{std::vector<double>(fields), std::vector<double>(fields + 1), std::vector<double>(fields + 1)};
     std::vector<double> squared(fields + 1), ignored(fields);
-    const auto add_volume = [&](VersionId t, double sign) {
-      const double volume = tet_volume(corners_of(refinement.vertices(t)));
+    const auto add_volume = [&](const Tet& tet, double sign) {
+      const double volume = tet_volume(corners_of(tet));
       measured.rise[fields] -= sign * volume;
       measured.terms[fields] += volume;
     };
-    const auto add = [&](VersionId t, std::vector<double>& errors, double sign) {
+    const auto add = [&](const Tet& tet, std::vector<double>& errors, double sign) {
       std::fill(squared.begin(), squared.end(), 0.0);
-      exact_->measure(numbered(refinement.vertices(t)), workspace, errors, squared);
-      measured.rounding = std::max(measured.rounding, rounding_of(refinement.vertices(t)));
+      exact_->measure(numbered(tet), workspace, errors, squared);
+      measured.rounding = std::max(measured.rounding, rounding_of(tet));
       ++measured.versions;
       for (std::size_t f = 0; f <= fields; ++f) {
         measured.rise[f] += sign * squared[f];
         measured.terms[f] += std::abs(squared[f]);
       }
-      add_volume(t, sign);
+      add_volume(tet, sign);
     };
     const double enough =
         decode_error(content_.own[(r.index() + std::size_t{1}) * content_.errors_per_record - 1], header_.diagonal) +
         distance_rounding();
-    for (const VersionId t : coarse) {
-      if (refinement.is_ghost(t))
-        measured.distance = std::max(measured.distance, distance_of(refinement.vertices(t), enough));
+    for (std::uint32_t k = 0; k < refinement.modified(r).size(); ++k) {
+      const auto [a, b, c] = refinement.link_triangle(r, k);
+      const Tet coarse{refinement.target(r), a, b, c};
+      if (Refinement::is_ghost(coarse))
+        measured.distance = std::max(measured.distance, distance_of(coarse, enough));
       else
-        add(t, measured.errors, 1);
+        add(coarse, measured.errors, 1);
     }
     if (!header_.has_squared_errors) return measured;
     bool moves_boundary = false;
-    const std::uint32_t first = refinement.first_fine(r).index();
-    for (std::uint32_t t = first; t < first + refinement.fine_count(r); ++t) {
-      if (refinement.is_ghost(VersionId{t}))
+    for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k) {
+      const Tet fine = refinement.fine_tet(r, k);
+      if (Refinement::is_ghost(fine))
         moves_boundary = true;
-      else if (refinement.creator(VersionId{t}).is_none()) // an original one: no error, all covered
-        add_volume(VersionId{t}, -1);
+      else if (versions_.creator(versions_.number(r, k)).is_none()) // an original one: no error, all covered
+        add_volume(fine, -1);
       else
-        add(VersionId{t}, ignored, -1);
+        add(fine, ignored, -1);
     }
     if (!moves_boundary) measured.rise.back() = 0;
     return measured;
@@ -178,6 +166,7 @@ private:
   }
 
   const Content& content_;
+  VersionTable versions_;
   const Header& header_;
   PreparedMesh prepared_;
   std::vector<VertexId> id_; ///< of a vertex of the file in prepared_
@@ -268,7 +257,6 @@ StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples
   const Measurer measurer(verified);
   Judge judge(verified, measurer, result, violations);
   const auto records = chosen(verified.content->refinement.record_count(), samples);
-  const auto coarse = coarse_versions(verified.content->refinement, records);
 
   const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
   std::vector<ExactFieldError::Workspace> workspaces(threads, ExactFieldError::Workspace(measurer.exact()));
@@ -280,7 +268,7 @@ StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples
     std::atomic<std::size_t> next{begin};
     const auto work = [&](ExactFieldError::Workspace& workspace) {
       for (std::size_t i = next++; i < end; i = next++)
-        measured[i - begin] = measurer.measure(RecordId{records[i]}, coarse[i], workspace);
+        measured[i - begin] = measurer.measure(RecordId{records[i]}, workspace);
     };
     {
       std::vector<std::jthread> others;

@@ -2,6 +2,7 @@
 
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
+#include "formats/ptet/version_table.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
 
@@ -297,53 +298,51 @@ int orientation_of(const Content& content, const Tet& tet) {
                      position(content, tet[3]));
 }
 
-/// The fine version that became the coarse version `t` in the collapse of `record`; none when there is none.
-VersionId fine_of(const Refinement& refinement, VersionId t, RecordId record) {
-  Tet wanted = refinement.vertices(t);
+/// Whether some version that the collapse of `record` consumed became `coarse` and is not flat; or none became it.
+bool is_of_one_not_flat(const Content& content, const Tet& coarse, RecordId record) {
+  const Refinement& refinement = content.refinement;
+  Tet wanted = coarse;
   std::replace(wanted.begin(), wanted.end(), refinement.target(record), refinement.vertex_of(record));
   std::sort(wanted.begin(), wanted.end());
-  const std::uint32_t first = refinement.first_fine(record).index();
-  for (std::uint32_t fine = first; fine < first + refinement.fine_count(record); ++fine) {
-    Tet corners = refinement.vertices(VersionId{fine});
+  for (std::uint32_t k = 0; k < refinement.modified(record).size(); ++k) {
+    const Tet fine = refinement.fine_tet(record, k);
+    Tet corners = fine;
     std::sort(corners.begin(), corners.end());
-    if (corners == wanted) return VersionId{fine};
+    if (corners == wanted) return orientation_of(content, fine) != 0;
   }
-  return {};
+  return true;
 }
 
 /// Every tet that ever existed must be positively oriented. Flat tets of the original are tolerated, and flat tets that
 /// a collapse made of a flat one.
 void check_orientations(Verified& verified, Teller& tell, const ProgressCallback& progress) {
   const Content& content = *verified.content;
-  const Refinement& refinement = content.refinement;
+  const VersionTable versions(content.refinement);
   const auto block_of = blocks_by_record(*verified.reader);
-  const auto wrong = [&](std::uint32_t t, const char* what) {
-    const RecordId maker = refinement.consumer(VersionId{t});
-    if (maker.is_none())
-      tell({what, {}, {}, {}, t});
-    else
-      tell(
-          {what, verified.reader->blocks()[block_of[maker.index()]].offset, block_of[maker.index()], maker.index(), t});
-  };
   std::uint64_t flat_originals = 0;
   verified.is_oriented = true;
-  for (std::uint32_t t = 0; t < refinement.version_count(); ++t) {
-    if (t % kBatch == 0) go_on(progress, "checking orientations", t, refinement.version_count());
-    if (refinement.is_ghost(VersionId{t})) continue;
-    const int sign = orientation_of(content, refinement.vertices(VersionId{t}));
-    if (sign > 0) continue;
-    const RecordId creator = refinement.creator(VersionId{t});
+  versions.each([&](std::uint32_t number, RecordId maker, const Tet& tet) {
+    if (number % kBatch == 0) go_on(progress, "checking orientations", number, content.refinement.version_count());
+    if (Refinement::is_ghost(tet)) return;
+    const int sign = orientation_of(content, tet);
+    if (sign > 0) return;
+    const auto wrong = [&](const char* what) {
+      if (maker.is_none())
+        tell({what, {}, {}, {}, number});
+      else
+        tell({what, verified.reader->blocks()[block_of[maker.index()]].offset, block_of[maker.index()], maker.index(),
+              number});
+    };
+    const RecordId creator = versions.creator(number);
     if (sign < 0) {
-      wrong(t, "a tet (version) is inverted");
+      wrong("a tet (version) is inverted");
       verified.is_oriented = false;
     } else if (creator.is_none()) {
       ++flat_originals;
-    } else {
-      const VersionId before = fine_of(refinement, VersionId{t}, creator);
-      if (before.is_none() || orientation_of(content, refinement.vertices(before)) != 0)
-        wrong(t, "a tet (version) is flat and comes from one that is not");
+    } else if (is_of_one_not_flat(content, tet, creator)) {
+      wrong("a tet (version) is flat and comes from one that is not");
     }
-  }
+  });
   if (flat_originals > 0 && verified.is_whole())
     verified.notes.push_back(std::to_string(flat_originals) + (flat_originals == 1 ? " flat tet" : " flat tets") +
                              " in the original");
@@ -385,9 +384,8 @@ TetMesh finest_mesh(const Content& content) {
   mesh.positions = content.positions;
   mesh.point_arrays = content.arrays;
   const Refinement& refinement = content.refinement;
-  for (std::uint32_t t = 0; t < refinement.version_count(); ++t)
-    if (!refinement.is_ghost(VersionId{t}) && refinement.creator(VersionId{t}).is_none())
-      mesh.tets.push_back(refinement.vertices(VersionId{t}));
+  for (std::uint32_t place = 0; place < refinement.place_count(); ++place)
+    if (!Refinement::is_ghost(refinement.tet(place))) mesh.tets.push_back(refinement.tet(place));
   return mesh;
 }
 

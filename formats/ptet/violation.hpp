@@ -13,7 +13,7 @@ struct Violation {
   std::optional<std::uint64_t> offset;  ///< in the file: of the field, or of the section or block that holds it
   std::optional<std::uint32_t> block;   ///< number in the table
   std::optional<std::uint32_t> record;  ///< number in the file
-  std::optional<std::uint32_t> version; ///< as Refinement numbers them, all blocks loaded
+  std::optional<std::uint32_t> version; ///< as VersionTable numbers them
 };
 
 /// Told of every violation. Where there is none, a violation is thrown as an Error(kCorruptFile).

@@ -321,7 +321,7 @@ void Encoding::find_needs() {
 /// thing there is.
 Content Encoding::full_content() {
   Refinement refinement(base_tets_, order_.base_vertex_count, static_cast<std::uint32_t>(record_count()));
-  refinement.reserve(records_.version_count());
+  refinement.reserve(records_.slot_count());
   return {std::move(refinement),           std::move(positions_),    std::move(arrays_),
           schema_->code_count(),           std::move(own_),          std::move(monotone_),
           std::move(order_code_),          std::move(squared_code_), std::move(order_.generation),
@@ -383,9 +383,8 @@ void Encoding::transcribe() {
       BlockState& state = states[block_of_[r.index()]];
       const std::uint32_t record = order_.stream_record[r.index()];
       const auto modified = records_.modified(record);
-      const auto in_region = [&](VersionId behind) {
-        const std::uint32_t slot = match.slot_of(content.refinement.place_of(behind));
-        return std::find(modified.begin(), modified.end(), slot) != modified.end();
+      const auto in_region = [&](std::uint32_t behind) {
+        return std::find(modified.begin(), modified.end(), match.slot_of(behind)) != modified.end();
       };
       Scribe scribe(of_seeds, transcripts_[state.block]);
       codec.code(scribe, state, content, r, RecordKnown<decltype(in_region)>{choice.seeds(i), in_region},

@@ -12,8 +12,8 @@
 //   after split(b)      what is in p was made by next(b) there, which is kept for each place that b changes
 #pragma once
 
-#include "lod/dependency_order.hpp"
 #include "lod/hierarchy.hpp"
+#include "record/dependency_order.hpp"
 
 #include <cstdint>
 #include <limits>

@@ -1,9 +1,9 @@
 #include "lod/extraction.hpp"
 
-#include "lod/dependency_order.hpp"
 #include "lod/part_errors.hpp"
 #include "mesh/large_pages.hpp"
 #include "mesh/rows.hpp"
+#include "record/dependency_order.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,10 +32,10 @@ public:
     for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
       if (cut_.applied[r] != 0) tet_count += refinement_.added_tet_count(RecordId{r});
     reserve_large(tets, tet_count);
-    std::fill_n(last_.get(), refinement_.base_version_count(), kBase);
+    std::fill_n(last_.get(), refinement_.base_place_count(), kBase);
     order_.visit([&](std::uint32_t r) { return cut_.applied[r] != 0; }, [&](std::uint32_t r) { touch(RecordId{r}); });
-    for (std::uint32_t t = 0; t < refinement_.base_version_count(); ++t)
-      if (last_[t] == kBase) add(refinement_.vertices(VersionId{t}));
+    for (std::uint32_t t = 0; t < refinement_.base_place_count(); ++t)
+      if (last_[t] == kBase) add(refinement_.base_tet(t));
     for (std::uint32_t r = 0; r < cut_.applied.size(); ++r)
       if (cut_.applied[r] != 0) add_left_by(RecordId{r});
   }
@@ -59,7 +59,7 @@ public:
     Makers makers;
     makers.of_tet.reserve(tets.size());
     makers.of_face.reserve(faces.size());
-    for (std::uint32_t t = 0; t < refinement_.base_version_count(); ++t)
+    for (std::uint32_t t = 0; t < refinement_.base_place_count(); ++t)
       if (last_[t] == kBase) (t < refinement_.base_tet_count() ? makers.of_tet : makers.of_face).push_back(maker[t]);
     for (std::uint32_t r = 0; r < cut_.applied.size(); ++r) {
       if (cut_.applied[r] == 0) continue;
@@ -85,7 +85,7 @@ private:
     row_.assign(refinement_.base_vertex_count() + std::size_t{refinement_.record_count()}, kUnused);
     std::fill_n(row_.begin(), refinement_.base_vertex_count(), all ? 0 : kUnused);
     for (std::uint32_t t = 0; t < refinement_.base_tet_count(); ++t)
-      for (const VertexId v : refinement_.vertices(VersionId{t}))
+      for (const VertexId v : refinement_.base_tet(t))
         row_[v.index()] = 0;
     in_file.reserve(refinement_.base_vertex_count() + std::size_t{cut_.count});
     for (std::uint32_t v = 0; v < row_.size(); ++v)

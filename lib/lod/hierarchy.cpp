@@ -42,10 +42,10 @@ Hierarchy::Hierarchy(std::shared_ptr<ByteSource> source, const OpenOptions& opti
   }
   std::vector<char> is_used(header().base_vertex_count, 0);
   for (std::uint32_t t = 0; t < content_.refinement.base_tet_count(); ++t)
-    for (const VertexId v : content_.refinement.vertices(VersionId{t}))
+    for (const VertexId v : content_.refinement.base_tet(t))
       is_used[v.index()] = 1;
   used_base_vertex_count_ = static_cast<std::uint32_t>(std::count(is_used.begin(), is_used.end(), 1));
-  base_face_count_ = content_.refinement.base_version_count() - content_.refinement.base_tet_count();
+  base_face_count_ = content_.refinement.base_place_count() - content_.refinement.base_tet_count();
 }
 
 void Hierarchy::keep_star(RecordId r, const Point& least, const Point& greatest) {

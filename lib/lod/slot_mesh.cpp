@@ -96,7 +96,7 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
   rim_place_.assign(refinement.record_count(), kUnused);
   make_room();
   for (std::uint32_t t = 0; t < refinement.base_tet_count(); ++t)
-    for (const VertexId v : refinement.vertices(VersionId{t}))
+    for (const VertexId v : refinement.base_tet(t))
       slot_of_vertex_[v.index()] = 0;
   for (std::uint32_t v = 0; v < refinement.base_vertex_count(); ++v)
     if (slot_of_vertex_[v] != kUnused)
@@ -104,8 +104,8 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
     else
       unused_.emplace_back(v);
   const auto slot = [&](VertexId v) { return v == kDummyVertex ? kUnused : slot_of_vertex_[v.index()]; };
-  for (std::uint32_t t = 0; t < refinement.base_version_count(); ++t) {
-    const Tet& tet = refinement.vertices(VersionId{t});
+  for (std::uint32_t t = 0; t < refinement.base_place_count(); ++t) {
+    const Tet& tet = refinement.base_tet(t);
     const TetSlots slots = {slot(tet[0]), slot(tet[1]), slot(tet[2]), slot(tet[3])};
     if (t < refinement.base_tet_count())
       slot_of_place_[t] = tets_.take(slots, now_);
@@ -143,7 +143,7 @@ bool SlotMesh::compact() {
 // given one of its own when it comes back.
 void SlotMesh::move_places(const std::vector<std::uint32_t>& tet, const std::vector<std::uint32_t>& face) {
   const Refinement& refinement = hierarchy_.content().refinement;
-  for (std::uint32_t p = 0; p < refinement.base_version_count(); ++p)
+  for (std::uint32_t p = 0; p < refinement.base_place_count(); ++p)
     move_slot(slot_of_place_[p], p < refinement.base_tet_count() ? tet : face);
   for (std::uint32_t r = 0; r < refinement.record_count(); ++r) {
     if (!refinement.applied(RecordId{r})) continue;
@@ -159,7 +159,7 @@ void SlotMesh::move_places(const std::vector<std::uint32_t>& tet, const std::vec
 void SlotMesh::settle() {
   const Refinement& refinement = hierarchy_.content().refinement;
   std::vector<std::uint32_t> slot(refinement.place_count(), kUnused);
-  std::copy_n(slot_of_place_.begin(), std::min<std::size_t>(refinement.base_version_count(), slot_of_place_.size()),
+  std::copy_n(slot_of_place_.begin(), std::min<std::size_t>(refinement.base_place_count(), slot_of_place_.size()),
               slot.begin());
   for (std::uint32_t r = 0; r < rim_place_.size(); ++r)
     if (rim_place_[r] != kUnused)

@@ -66,7 +66,7 @@ void for_each_face(std::span<const Tet> cells, std::size_t first, std::uint32_t 
 
 Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count)
     : base_vertex_count_(base_vertex_count) {
-  if (record_count >= kReplaced || base_vertex_count >= kDummyVertex.index() - record_count ||
+  if (record_count >= kMaxRecords || base_vertex_count >= kDummyVertex.index() - record_count ||
       base_tets.size() >= kMaxLive / 4)
     throw Error(ErrorCode::kLimit, "the mesh is too large: more vertices or tets than 32-bit ids can name");
   for (const Tet& tet : base_tets) {
@@ -80,17 +80,15 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
     }
   }
   base_tet_count_ = static_cast<std::uint32_t>(base_tets.size());
-  versions_.assign(base_tets.begin(), base_tets.end());
+  base_tets_.assign(base_tets.begin(), base_tets.end());
   base_tets = std::vector<Tet>();
   close_boundary();
-  base_version_count_ = version_count();
-  state_.resize(versions_.size());
-  for (std::uint32_t t = 0; t < base_version_count_; ++t)
-    state_[t] = live_[t].version = t;
+  for (std::uint32_t place = 0; place < base_place_count(); ++place)
+    live_[place].tet = base_tets_[place];
+  version_count_ = base_place_count();
 
   marks_.resize(base_vertex_count_ + std::size_t{record_count} + 1);
   target_.resize(record_count);
-  first_fine_.resize(record_count);
   fine_count_.resize(record_count);
   added_tet_count_.resize(record_count);
   parent_count_.resize(record_count);
@@ -103,10 +101,10 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
 }
 
 void Refinement::close_boundary() {
-  live_.resize(versions_.size());
+  live_.resize(base_tets_.size());
   std::vector<Tet> ghosts;
   for_each_face(
-      versions_, 0, base_vertex_count_, [](std::size_t, std::uint32_t) { return true; },
+      base_tets_, 0, base_vertex_count_, [](std::size_t, std::uint32_t) { return true; },
       [&](std::span<const HalfFace> same) {
         if (same.size() > 2)
           throw Error(ErrorCode::kCorruptFile,
@@ -117,7 +115,7 @@ void Refinement::close_boundary() {
           live_[same[1].cell].neighbour[same[1].corner] = cell;
           return;
         }
-        const Tet& tet = versions_[cell];
+        const Tet& tet = base_tets_[cell];
         ghosts.push_back({tet[corner ^ 1U], tet[corner ^ 2U], tet[corner ^ 3U], kDummyVertex});
         live_[cell].neighbour[corner] = static_cast<std::uint32_t>(live_.size());
         live_.emplace_back().neighbour[3] = cell;
@@ -128,9 +126,9 @@ void Refinement::close_boundary() {
     if (std::adjacent_find(neighbour.begin(), neighbour.end()) != neighbour.end())
       throw Error(ErrorCode::kCorruptFile, "base tet " + std::to_string(t) + " is there twice");
   }
-  versions_.insert(versions_.end(), ghosts.begin(), ghosts.end());
+  base_tets_.insert(base_tets_.end(), ghosts.begin(), ghosts.end());
   for_each_face(
-      versions_, base_tet_count_, base_vertex_count_, [](std::size_t, std::uint32_t corner) { return corner < 3; },
+      base_tets_, base_tet_count_, base_vertex_count_, [](std::size_t, std::uint32_t corner) { return corner < 3; },
       [&](std::span<const HalfFace> same) {
         // More than two boundary faces at an edge: which of them are neighbours cannot be told from the tets alone.
         if (same.size() != 2) return;
@@ -143,7 +141,7 @@ void Refinement::fail(RecordId r, const char* what) {
   throw Error(ErrorCode::kCorruptFile, "record " + std::to_string(r.index()) + " cannot be applied: " + what);
 }
 
-void Refinement::begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds,
+void Refinement::begin_split(RecordId r, VertexId target, std::span<const std::uint32_t> seeds,
                              std::span<const RecordId> others) {
   if (r.index() >= record_count() || applied(r)) fail(r, "it is applied already, or there is no such record");
   if (target.index() >= base_vertex_count_ + record_count()) fail(r, "its target is no vertex");
@@ -151,12 +149,11 @@ void Refinement::begin_split(RecordId r, VertexId target, std::span<const Versio
     if (other.index() >= record_count() || !applied(other)) fail(r, "a record that it depends on is not applied");
   if (seeds.empty() || seeds.size() > kMaxRegion) fail(r, "it names no place in the mesh");
   region_.clear();
-  for (const VersionId seed : seeds) {
-    if (seed.index() >= version_count() || !is_present(seed.index()))
-      fail(r, "it starts from a tet that is not in the mesh");
-    if (corner_of(versions_[seed.index()], target) == 4) fail(r, "it starts from a tet that is not at its target");
-    if (live_[state_[seed.index()]].split == applied_count_ + 1) fail(r, "it names the same tet twice");
-    join_region(state_[seed.index()]);
+  for (const std::uint32_t seed : seeds) {
+    if (seed >= live_.size()) fail(r, "it starts from a tet that is not in the mesh");
+    if (corner_of(live_[seed].tet, target) == 4) fail(r, "it starts from a tet that is not at its target");
+    if (live_[seed].split == applied_count_ + 1) fail(r, "it names the same tet twice");
+    join_region(seed);
   }
 }
 
@@ -164,12 +161,10 @@ void Refinement::finish_split(RecordId r, VertexId target, std::span<const Recor
   measure_region(r);
   store_parents(r, others);
   const std::size_t fine = region_.size() + rim_.size();
-  if (versions_.size() + fine >= kNone || live_.size() + rim_.size() >= kMaxLive)
+  version_count_ += fine;
+  if (version_count_ >= kNoPlace || live_.size() + rim_.size() >= kMaxLive)
     throw Error(ErrorCode::kLimit, "the mesh is too large: more tets than 32-bit ids can name");
-  first_fine_[r.index()] = version_count();
   fine_count_[r.index()] = static_cast<std::uint16_t>(fine);
-  versions_.resize(versions_.size() + fine);
-  state_.resize(versions_.size());
   live_.resize(live_.size() + rim_.size());
   replace_region(r);
   order_rim(r);
@@ -189,8 +184,8 @@ void Refinement::measure_region(RecordId r) {
   std::size_t rim_faces = 0, link_vertices = 0, added = 0;
   for (const RegionTet& tet : region_) {
     const Live& live = live_[tet.place];
-    const Tet& corners = versions_[live.version];
-    const bool ghost = is_ghost(VersionId{live.version});
+    const Tet& corners = live.tet;
+    const bool ghost = is_ghost(corners);
     for (std::uint32_t modified_corner = 1; modified_corner < 4; ++modified_corner) {
       const VertexId v = corners[tet.u_corner ^ modified_corner];
       link_[link_vertices] = v;
@@ -199,7 +194,7 @@ void Refinement::measure_region(RecordId r) {
     for (std::uint32_t other = 0; other < 3; ++other) {
       const std::uint32_t corner = other + (other < tet.u_corner ? 0 : 1);
       const std::uint32_t behind = live.neighbour[corner];
-      const std::size_t is_rim = behind == kNone || live_[behind].split != current ? 1 : 0;
+      const std::size_t is_rim = behind == kNoPlace || live_[behind].split != current ? 1 : 0;
       rim_[rim_faces] = {tet.place, corner ^ tet.u_corner, 0};
       rim_faces += is_rim;
       added += is_rim & (!ghost || corners[corner] == kDummyVertex ? 1U : 0U);
@@ -216,7 +211,7 @@ void Refinement::measure_region(RecordId r) {
 void Refinement::store_parents(RecordId r, std::span<const RecordId> others) {
   const std::uint32_t current = applied_count_ + 1;
   const std::size_t begin = parents_.size();
-  if (begin + region_.size() + others.size() >= kNone)
+  if (begin + region_.size() + others.size() >= kNoPlace)
     throw Error(ErrorCode::kLimit, "the mesh is too large: more dependencies than 32-bit ids can name");
   const auto add = [&](RecordId parent, VersionKinds kind) {
     VertexMark& mark = mark_of(vertex_of(parent));
@@ -228,9 +223,8 @@ void Refinement::store_parents(RecordId r, std::span<const RecordId> others) {
   };
   VersionKinds base = 0;
   for (const RegionTet& tet : region_) {
-    const VersionId t{live_[tet.place].version};
-    const VersionKinds kind = is_ghost(t) ? kHasGhosts : kHasTets;
-    if (const RecordId parent = consumer(t); !parent.is_none())
+    const VersionKinds kind = is_ghost(live_[tet.place].tet) ? kHasGhosts : kHasTets;
+    if (const RecordId parent = consumer(tet.place); !parent.is_none())
       add(parent, kind);
     else
       base |= kind;
@@ -246,18 +240,13 @@ void Refinement::store_parents(RecordId r, std::span<const RecordId> others) {
 }
 
 void Refinement::replace_region(RecordId r) {
-  std::uint32_t version = first_fine_[r.index()];
   modified_begin_[r.index()] = static_cast<std::uint32_t>(modified_.size());
   for (const RegionTet& tet : region_) {
     Live& live = live_[tet.place];
-    Tet modified = corner_to_front(versions_[live.version], tet.u_corner);
-    modified[0] = vertex_of(r);
-    versions_[version] = modified;
-    state_[version] = tet.place;
-    state_[live.version] = kReplaced | r.index();
-    live.version = version++;
+    live.tet = corner_to_front(live.tet, tet.u_corner);
+    live.tet[0] = vertex_of(r);
     live.neighbour = corner_to_front(live.neighbour, tet.u_corner);
-    modified_.emplace_back(tet.place, corner_of(modified, kDummyVertex) != 4);
+    modified_.emplace_back(tet.place, is_ghost(live.tet));
   }
 }
 
@@ -265,7 +254,7 @@ void Refinement::replace_region(RecordId r) {
 void Refinement::order_rim(RecordId r) {
   const std::uint32_t current = applied_count_ + 1;
   for (std::uint32_t i = 0; i < rim_.size(); ++i) {
-    VertexMark& mark = mark_of(versions_[live_[rim_[i].place].version][rim_[i].a_corner()]);
+    VertexMark& mark = mark_of(live_[rim_[i].place].tet[rim_[i].a_corner()]);
     if (std::exchange(mark.in_rim, current) == current) fail(r, "the rim of its region meets itself");
     mark.value = i;
   }
@@ -274,7 +263,7 @@ void Refinement::order_rim(RecordId r) {
   std::uint32_t at = 0, rank = 0;
   do {
     RimFace& face = rim_[at];
-    const Tet& modified = versions_[live_[face.place].version];
+    const Tet& modified = live_[face.place].tet;
     face.rank = rank++;
     rim_vertices_.push_back(modified[face.a_corner()]);
     const VertexMark& next = mark_of(modified[face.b_corner()]);
@@ -284,13 +273,13 @@ void Refinement::order_rim(RecordId r) {
   if (at != 0 || rank != rim_.size()) fail(r, "the rim of its region falls apart");
 }
 
-// As link_triangle() is to find it once all is settled, now that it is at hand.
+// As link_triangle() is to find it.
 void Refinement::pack_link(RecordId r) {
-  const Tet* const modified = versions_.data() + first_fine_[r.index()];
   if (link_.size() > (1U << kLinkBits)) {
-    auto& wide = wide_triangles_.emplace_back(r.index(), std::vector<VertexId>{}).second;
-    for (std::size_t k = 0; k < region_.size(); ++k)
-      wide.insert(wide.end(), modified[k].begin() + 1, modified[k].end());
+    std::vector<VertexId> wide;
+    for (const RegionTet& tet : region_)
+      wide.insert(wide.end(), live_[tet.place].tet.begin() + 1, live_[tet.place].tet.end());
+    wide_triangles_.emplace(find_wide(r), r.index(), std::move(wide));
     triangles_.resize(triangles_.size() + region_.size(), kWide);
     return;
   }
@@ -304,8 +293,8 @@ void Refinement::pack_link(RecordId r) {
     mark.value = next++;
     rim_vertices_.push_back(v);
   }
-  for (std::size_t k = 0; k < region_.size(); ++k) {
-    const auto number = [&](std::size_t corner) { return mark_of(modified[k][corner]).value; };
+  for (const RegionTet& tet : region_) {
+    const auto number = [&](std::size_t corner) { return mark_of(live_[tet.place].tet[corner]).value; };
     triangles_.push_back(static_cast<std::uint16_t>(number(1) | number(2) << kLinkBits | number(3) << (2 * kLinkBits)));
   }
 }
@@ -315,22 +304,15 @@ void Refinement::add_rim(RecordId r, VertexId target) {
   const auto count = static_cast<std::uint32_t>(rim_.size());
   const auto first = static_cast<std::uint32_t>(live_.size()) - count;
   rim_place_[r.index()] = first;
-  std::uint32_t version = first_fine_[r.index()] + static_cast<std::uint32_t>(region_.size());
   for (const RimFace& face : rim_) {
     const std::uint32_t place = first + face.rank;
     Live& modified = live_[face.place];
-    Tet vertices = corner_to_front(versions_[modified.version], face.corner);
-    vertices[0] = vertex_of(r);
-    vertices[face.corner] = target;
-    versions_[version] = vertices;
-    state_[version] = place;
-
     Live& live = live_[place];
-    live.version = version++;
+    live.tet = rim_tet(modified.tet, face.corner, target);
     live.neighbour[0] = modified.neighbour[face.corner];
     live.neighbour[face.corner] = face.place;
     modified.neighbour[face.corner] = place;
-    if (live.neighbour[0] != kNone) {
+    if (live.neighbour[0] != kNoPlace) {
       auto& beyond = live_[live.neighbour[0]].neighbour;
       *std::find(beyond.begin(), beyond.begin() + 3, face.place) = place;
     }
@@ -341,11 +323,6 @@ void Refinement::add_rim(RecordId r, VertexId target) {
 
 namespace {
 
-/// Frees the memory that `values` has beyond what it needs.
-template <class List>
-void fit(List& values) {
-  List(values).swap(values);
-}
 template <class List>
 void drop(List& values) {
   List().swap(values);
@@ -355,13 +332,9 @@ void drop(List& values) {
 
 void Refinement::settle() {
   if (is_settled_ || applied_count_ != record_count()) return;
-  drop(state_);
-  versions_.resize(base_version_count_);
-  fit(versions_);
   settle_links();
   settle_places();
   settle_parents();
-  drop(first_fine_);
   drop(marks_);
   drop(region_);
   drop(rim_);
@@ -386,7 +359,6 @@ void Refinement::settle_links() {
   }
   rim_vertices_ = std::move(vertices);
   triangles_ = std::move(triangles);
-  std::sort(wide_triangles_.begin(), wide_triangles_.end());
 }
 
 // Near records, which have near numbers, then have near places: a mesh that is refined in the order of the records
@@ -396,7 +368,7 @@ void Refinement::settle_places() {
   drop(live_);
   LargeVector<std::uint32_t> renumbered(settled_place_count_);
   std::uint32_t next = 0;
-  while (next < base_version_count_) {
+  while (next < base_place_count()) {
     renumbered[next] = next;
     ++next;
   }
@@ -432,10 +404,51 @@ void Refinement::settle_parents() {
   parent_kinds_ = std::move(kinds);
 }
 
+/// Where it is in wide_triangles_, or would be.
+Refinement::WideTriangles::const_iterator Refinement::find_wide(RecordId r) const {
+  return std::lower_bound(wide_triangles_.begin(), wide_triangles_.end(), r.index(),
+                          [](const auto& row, std::uint32_t record) { return row.first < record; });
+}
+
 std::array<VertexId, 3> Refinement::wide_triangle(RecordId r, std::size_t k) const {
-  const auto wide = std::lower_bound(wide_triangles_.begin(), wide_triangles_.end(), r.index(),
-                                     [](const auto& row, std::uint32_t record) { return row.first < record; });
-  return {wide->second[3 * k], wide->second[3 * k + 1], wide->second[3 * k + 2]};
+  const std::vector<VertexId>& of_record = find_wide(r)->second;
+  return {of_record[3 * k], of_record[3 * k + 1], of_record[3 * k + 2]};
+}
+
+/// The tet around the edge to `target` behind the face of a modified tet that is opposite `corner`.
+Tet Refinement::rim_tet(const Tet& modified, std::uint32_t corner, VertexId target) {
+  Tet tet = corner_to_front(modified, corner);
+  tet[0] = modified[0];
+  tet[corner] = target;
+  return tet;
+}
+
+std::uint32_t Refinement::fine_in_place(RecordId r, std::uint32_t place) const {
+  const auto in_place = modified(r);
+  const auto count = static_cast<std::uint32_t>(in_place.size());
+  if (const std::uint32_t of_rim = place - rim_place_[r.index()]; of_rim < rim_vertex_count_[r.index()])
+    return count + of_rim;
+  const auto found = std::find_if(in_place.begin(), in_place.end(), [&](Place at) { return at.index() == place; });
+  return found != in_place.end() ? static_cast<std::uint32_t>(found - in_place.begin()) : fine_count(r);
+}
+
+Tet Refinement::fine_tet(RecordId r, std::uint32_t k) const {
+  const auto modified_tet = [&](std::size_t i) {
+    const auto [a, b, c] = link_triangle(r, i);
+    return Tet{vertex_of(r), a, b, c};
+  };
+  const std::size_t modified_count = modified(r).size();
+  if (k < modified_count) return modified_tet(k);
+  const auto around = rim(r);
+  const std::size_t i = k - modified_count;
+  const VertexId a = around[i], b = around[i + 1 < around.size() ? i + 1 : 0];
+  for (std::size_t m = 0; m < modified_count; ++m) {
+    const Tet tet = modified_tet(m);
+    for (std::uint32_t corner = 1; corner < 4; ++corner)
+      if (const RimFace face{0, corner, 0}; tet[face.a_corner()] == a && tet[face.b_corner()] == b)
+        return rim_tet(tet, corner, target(r));
+  }
+  return {}; // a rim is made of its faces
 }
 
 std::span<const RecordId> Refinement::parents(RecordId r) const {
@@ -443,33 +456,38 @@ std::span<const RecordId> Refinement::parents(RecordId r) const {
 }
 
 std::string Refinement::validate() const {
-  const auto name = [](std::uint32_t version) { return "version " + std::to_string(version); };
-  std::size_t present = 0;
-  for (std::uint32_t t = 0; t < version_count(); ++t) {
-    const RecordId made_in = consumer(VersionId{t});
-    if (!made_in.is_none() && (!applied(made_in) || t - first_fine_[made_in.index()] >= fine_count_[made_in.index()]))
-      return name(t) + " is not among those of the record of its first vertex";
-    if (!is_present(t)) {
-      if (!applied(creator(VersionId{t}))) return name(t) + " was replaced by a record that is not applied";
-      continue;
+  const auto name = [](std::uint32_t place) { return "the tet in place " + std::to_string(place); };
+  std::uint64_t versions = base_place_count(), places = base_place_count();
+  for (std::uint32_t r = 0; r < record_count(); ++r) {
+    if (!applied(RecordId{r})) continue;
+    versions += fine_count_[r];
+    places += rim_vertex_count_[r];
+  }
+  if (versions != version_count_) return "the splits have made other than " + std::to_string(version_count_) + " tets";
+  if (places != live_.size())
+    return "the splits have made " + std::to_string(places) + " places, and there are " + std::to_string(live_.size());
+  for (std::uint32_t place = 0; place < live_.size(); ++place) {
+    const Live& live = live_[place];
+    const RecordId made_in = consumer(place);
+    if (made_in.is_none()) {
+      if (place >= base_place_count() || live.tet != base_tets_[place]) return name(place) + " is of no record";
+    } else {
+      const std::uint32_t k = applied(made_in) ? fine_in_place(made_in, place) : 0;
+      if (!applied(made_in) || k == fine_count(made_in) || fine_tet(made_in, k) != live.tet)
+        return name(place) + " is not among those of the record of its first vertex";
     }
-    ++present;
-    if (state_[t] >= live_.size() || live_[state_[t]].version != t) return name(t) + " is not where its state says";
     for (std::uint32_t corner = 0; corner < 4; ++corner) {
-      const std::uint32_t behind = live_[state_[t]].neighbour[corner];
-      if (behind == kNone) continue;
-      if (behind >= live_.size()) return name(t) + " has a neighbour that is not there";
-      const Tet& other = versions_[live_[behind].version];
+      const std::uint32_t behind = live.neighbour[corner];
+      if (behind == kNoPlace) continue;
+      if (behind >= live_.size()) return name(place) + " has a neighbour that is not there";
       for (std::uint32_t shared = 0; shared < 4; ++shared)
-        if ((corner_of(other, versions_[t][shared]) == 4) != (shared == corner))
-          return name(t) + " and its neighbour " + name(live_[behind].version) + " do not share their face";
+        if ((corner_of(live_[behind].tet, live.tet[shared]) == 4) != (shared == corner))
+          return name(place) + " and its neighbour, " + name(behind) + ", do not share their face";
       const auto& back = live_[behind].neighbour;
-      if (std::count(back.begin(), back.end(), state_[t]) != 1)
-        return name(t) + " is not a neighbour of its neighbour " + name(live_[behind].version);
+      if (std::count(back.begin(), back.end(), place) != 1)
+        return name(place) + " is not a neighbour of its neighbour, " + name(behind);
     }
   }
-  if (present != live_.size())
-    return "the mesh has " + std::to_string(live_.size()) + " places for " + std::to_string(present) + " versions";
   for (std::uint32_t r = 0; r < record_count(); ++r)
     for (const RecordId parent : parents(RecordId{r}))
       if (!applied(parent))

@@ -1,22 +1,21 @@
-// The refinement: a mesh that is refined split by split, and the versions that the splits bring.
+// The refinement: a mesh that is refined split by split, and what the splits do.
 //
 // Reader and writer both run it, the reader to learn what a record's coded split means, the writer to code it. The
-// run-time library keeps its result: for each record the versions F(r) that its split makes, for each version the
-// record whose split would replace it (its creator, the collapse that made it), for each record its parents and what
-// its split does to a mesh (see Place).
+// run-time library keeps its result: for each record its parents and what its split does to a mesh (see Place), from
+// which the versions F(r) that it makes follow.
 //
 //      vertex u and its star, before            after split(r: u -> u, v)
 //      C(r) = the tets of the region            F(r) = one modified tet (v instead of u) for each tet of the region,
 //             around u that v takes over               then one tet (u, v, a, b) for each rim face (u, a, b)
 //
-// The region grows from seed versions across faces that contain u; an oracle says for each such face whether the tet
+// The region grows from seed tets across faces that contain u; an oracle says for each such face whether the tet
 // behind it belongs to the region. Ghost tets (boundary faces joined to kDummyVertex) are tets like any other.
 // What the oracle may look at is only what is the same in every closed set of loaded records: u, v, the face, the
 // region's tet before the face, and not the tet behind it.
 //
-// A split is possible once the record's parents are applied, in any order that respects this; the versions' names,
-// vertices and order are the same whatever that order was. The parents are the consumers of the versions in C(r), and
-// the records that a file names besides (RecordStream::also_needs).
+// A split is possible once the record's parents are applied, in any order that respects this; what it makes, and in
+// which order, is the same whatever that order was. The parents are the consumers of the versions in C(r), and the
+// records that a file names besides (RecordStream::also_needs).
 //
 // Source: after Cignoni et al. 2000, section 3 (vertex splits); De Floriani et al., dependencies of a
 // multi-tessellation.
@@ -29,6 +28,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,9 +40,9 @@ namespace ptet {
 struct GrowthFace {
   VertexId u, a, b, c;
   std::uint32_t region_size; ///< tets in the region so far
-  /// Version behind the face, to be used by the writer's oracle only (see above). A face with nothing behind (the
-  /// boundary closes nowhere at a non-manifold edge) is not asked about: the region ends there.
-  VersionId behind;
+  /// Place of the tet behind the face, to be used by the writer's oracle only (see above). A face with nothing behind
+  /// (the boundary closes nowhere at a non-manifold edge) is not asked about: the region ends there.
+  std::uint32_t behind;
 };
 
 /// Where a tet or ghost of the mesh stands. A split puts its modified tets in the places of those that they replace,
@@ -54,7 +54,7 @@ struct GrowthFace {
 ///                 at rim_place(r) + i, i < n: (vertex_of(r), target(r), rim(r)[i], rim(r)[(i + 1) % n]) comes
 ///   collapse(r)   the same backwards
 ///
-/// In place p < base_tet_count() + base ghosts stands base version p before any split.
+/// In place p < base_place_count() stands a tet of the base before any split, or, from base_tet_count() on, a ghost.
 class Place {
 public:
   constexpr Place() = default;
@@ -80,11 +80,8 @@ public:
   /// tets with the same vertices; Error(kLimit) when the counts do not fit 32-bit ids.
   Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
 
-  /// Makes room for so many versions at the end, so that their lists need not grow, which takes twice the memory.
-  void reserve(std::size_t version_count) {
-    versions_.reserve(version_count);
-    state_.reserve(version_count);
-  }
+  /// Makes room for so many places at the end, so that their list need not grow, which takes twice the memory.
+  void reserve(std::size_t place_count) { live_.reserve(place_count); }
 
   [[nodiscard]] std::uint32_t base_vertex_count() const { return base_vertex_count_; }
   [[nodiscard]] std::uint32_t record_count() const { return static_cast<std::uint32_t>(target_.size()); }
@@ -95,51 +92,55 @@ public:
   }
 
   /// Applies the split of record `r`: u = target becomes u and v = vertex_of(r).
-  /// `seeds`: versions of C(r) from which the rest is reached, present now and containing `target`.
+  /// `seeds`: places of tets of C(r) from which the rest is reached, all at `target`.
   /// `joins(const GrowthFace&) -> bool`: see above; asked once for each face met, in an order that depends only on
   /// the record.
   /// `others`: records that must be applied before, too; they become parents like those found.
-  /// Throws Error(kCorruptFile) when the record is applied already, one of `others` is not, a seed is not a present tet
+  /// Throws Error(kCorruptFile) when the record is applied already, one of `others` is not, a seed is no place or none
   /// at the target, or the region is no disk around the new vertex (then the refinement must not be used further).
   template <class Joins>
-  void split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins,
+  void split(RecordId r, VertexId target, std::span<const std::uint32_t> seeds, Joins&& joins,
              std::span<const RecordId> others = {});
 
   [[nodiscard]] bool applied(RecordId r) const { return !target_[r.index()].is_none(); }
   [[nodiscard]] std::uint32_t applied_count() const { return applied_count_; }
   [[nodiscard]] VertexId target(RecordId r) const { return target_[r.index()]; }
 
-  // Versions are numbered in the order in which they appeared: base tets, base ghosts, then F(r) of each split.
-  [[nodiscard]] std::uint32_t base_version_count() const { return base_version_count_; }
-  [[nodiscard]] std::uint32_t version_count() const { return static_cast<std::uint32_t>(versions_.size()); }
+  /// The tets and ghosts of the base, and all that splits have made.
+  [[nodiscard]] std::uint64_t version_count() const { return version_count_; }
+  /// Tets and ghosts of the base.
+  [[nodiscard]] std::uint32_t base_place_count() const { return static_cast<std::uint32_t>(base_tets_.size()); }
   [[nodiscard]] std::uint32_t base_tet_count() const { return base_tet_count_; }
-  /// F(r), r applied: `fine_count(r)` versions from `first_fine(r)`: modified ones first, in order of growth, then the
-  /// ones around the edge (u, v), in order of the rim faces.
-  [[nodiscard]] VersionId first_fine(RecordId r) const { return VersionId{first_fine_[r.index()]}; }
+  /// What stands in the place before any split.
+  [[nodiscard]] const Tet& base_tet(std::uint32_t place) const { return base_tets_[place]; }
+  /// How many versions there are in F(r), r applied: modified ones first, in order of growth, then the ones around the
+  /// edge (u, v), in order of the rim.
   [[nodiscard]] std::uint32_t fine_count(RecordId r) const { return fine_count_[r.index()]; }
+  /// The k-th of them, k < fine_count(r): its four vertices in an order that is the same in every run, vertex_of(r) at
+  /// corner 0.
+  [[nodiscard]] Tet fine_tet(RecordId r, std::uint32_t k) const;
+  /// Where the split puts it.
+  [[nodiscard]] std::uint32_t fine_place(RecordId r, std::uint32_t k) const {
+    const auto in_place = modified(r);
+    return k < in_place.size() ? in_place[k].index()
+                               : rim_place_[r.index()] + k - static_cast<std::uint32_t>(in_place.size());
+  }
+  /// Which of F(r) the split puts in `place`; fine_count(r) if none.
+  [[nodiscard]] std::uint32_t fine_in_place(RecordId r, std::uint32_t place) const;
   /// Number of real (not ghost) tets in F(r) less C(r).
   [[nodiscard]] std::uint32_t added_tet_count(RecordId r) const { return added_tet_count_[r.index()]; }
-  /// The four vertices, in an order that is the same in every run; v = vertex_of(r) is at corner 0 in F(r).
-  [[nodiscard]] const Tet& vertices(VersionId t) const { return versions_[t.index()]; }
-  [[nodiscard]] bool is_ghost(VersionId t) const { return corner_of(versions_[t.index()], kDummyVertex) != 4; }
-  /// The record whose split replaces the version; none while no applied record does.
-  [[nodiscard]] RecordId creator(VersionId t) const {
-    const std::uint32_t state = state_[t.index()];
-    return (state & kReplaced) != 0 ? RecordId{state & ~kReplaced} : RecordId{};
+  [[nodiscard]] static bool is_ghost(const Tet& tet) { return corner_of(tet, kDummyVertex) != 4; }
+
+  // What stands in a place now; not when settled.
+  [[nodiscard]] const Tet& tet(std::uint32_t place) const { return live_[place].tet; }
+  /// The record whose split put it there; none for one of the base.
+  [[nodiscard]] RecordId consumer(std::uint32_t place) const { return record_of(live_[place].tet[0]); }
+  /// The place of what is behind its face opposite `corner`; kNoPlace when nothing is there.
+  [[nodiscard]] std::uint32_t neighbour(std::uint32_t place, std::uint32_t corner) const {
+    return live_[place].neighbour[corner];
   }
-  /// The record whose split makes the version; none for the base.
-  [[nodiscard]] RecordId consumer(VersionId t) const {
-    return t.index() < base_version_count_ ? RecordId{} : record_of(versions_[t.index()][0]);
-  }
-  /// Where a present version stands, see Place.
-  [[nodiscard]] std::uint32_t place_of(VersionId t) const { return state_[t.index()]; }
-  /// The version that stands there.
-  [[nodiscard]] VersionId version_at(std::uint32_t place) const { return VersionId{live_[place].version}; }
-  /// The present version behind the face of `t`, present itself, that is opposite `corner`; none when nothing is there.
-  [[nodiscard]] VersionId neighbour(VersionId t, std::uint32_t corner) const {
-    const std::uint32_t behind = live_[state_[t.index()]].neighbour[corner];
-    return behind == kNone ? VersionId{} : VersionId{live_[behind].version};
-  }
+  static constexpr std::uint32_t kNoPlace = std::numeric_limits<std::uint32_t>::max();
+
   /// Records that must be applied before `r`: consumers of the versions in C(r) and the others that split() was given,
   /// without repetition, ascending.
   [[nodiscard]] std::span<const RecordId> parents(RecordId r) const;
@@ -173,20 +174,15 @@ public:
     return {rim_vertices_.data() + rim_begin_[r.index()], rim_vertex_count_[r.index()]};
   }
 
-  /// Gives up what only further splits need, all records being applied: versions but those of the base, creators,
-  /// neighbours. What is kept is packed in the order of the records, and places are numbered anew: the base's, then
-  /// those of each record's rim. vertices() is then for base versions only; creator(), neighbour() and first_fine() are
-  /// for none.
+  /// Gives up what only further splits need, all records being applied: what stands in the places, and its neighbours.
+  /// What is kept is packed in the order of the records, and places are numbered anew: the base's, then those of each
+  /// record's rim.
   void settle();
   [[nodiscard]] bool is_settled() const { return is_settled_; }
 
   /// The corners 1, 2, 3 of the k-th modified tet of F(r), k < modified(r).size(); corner 0 is vertex_of(r). The tets
   /// that split(r) modifies are (target(r), ...) with the same, F(r) has those of the rim besides.
   [[nodiscard]] std::array<VertexId, 3> link_triangle(RecordId r, std::size_t k) const {
-    if (!is_settled_) {
-      const Tet& tet = versions_[first_fine_[r.index()] + k];
-      return {tet[1], tet[2], tet[3]};
-    }
     const std::uint32_t packed = triangles_[modified_begin_[r.index()] + k];
     if (packed == kWide) return wide_triangle(r, k);
     constexpr std::uint32_t kMask = (1U << kLinkBits) - 1;
@@ -200,18 +196,17 @@ public:
 private:
   friend struct RefinementDamage; ///< of the tests: breaks invariants, to see that validate() notices
 
-  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  /// Bit of a version's state: set once the version is replaced; the rest is then its creator.
-  static constexpr std::uint32_t kReplaced = 1U << 31;
   static constexpr std::size_t kMaxRegion = 4096;
+  static constexpr std::uint32_t kMaxRecords = 1U << 31;
   static constexpr std::uint32_t kMaxLive = 1U << 30;
 
-  /// A present version in its place among the others. A modified tet takes the place of the tet it replaces, so the
-  /// neighbours outside the region that share its outer face need no change.
+  /// What stands in a place. A modified tet takes the place of the tet it replaces, so the neighbours outside the
+  /// region that share its outer face need no change.
   struct Live {
-    std::uint32_t version = kNone;
-    std::array<std::uint32_t, 4> neighbour{kNone, kNone, kNone, kNone}; ///< place behind the face opposite the corner
-    std::uint32_t split = 0;                                            ///< the last split whose region it was in
+    Tet tet{};
+    /// Place behind the face opposite the corner.
+    std::array<std::uint32_t, 4> neighbour{kNoPlace, kNoPlace, kNoPlace, kNoPlace};
+    std::uint32_t split = 0; ///< the last split whose region it was in
   };
   struct RegionTet {
     std::uint32_t place;
@@ -234,7 +229,7 @@ private:
     std::uint32_t is_parent = 0;
   };
 
-  void begin_split(RecordId r, VertexId target, std::span<const VersionId> seeds, std::span<const RecordId> others);
+  void begin_split(RecordId r, VertexId target, std::span<const std::uint32_t> seeds, std::span<const RecordId> others);
   void finish_split(RecordId r, VertexId target, std::span<const RecordId> others);
   void measure_region(RecordId r);
   void store_parents(RecordId r, std::span<const RecordId> others);
@@ -244,14 +239,16 @@ private:
   void pack_link(RecordId r);
   void join_region(std::uint32_t place);
   void close_boundary();
+  using WideTriangles = std::vector<std::pair<std::uint32_t, std::vector<VertexId>>>;
+  [[nodiscard]] WideTriangles::const_iterator find_wide(RecordId r) const;
   [[nodiscard]] std::array<VertexId, 3> wide_triangle(RecordId r, std::size_t k) const;
+  [[nodiscard]] static Tet rim_tet(const Tet& modified, std::uint32_t corner, VertexId target);
   void settle_places();
   void settle_links();
   void settle_parents();
   [[noreturn]] static void fail(RecordId r, const char* what);
 
   [[nodiscard]] VertexMark& mark_of(VertexId v) { return marks_[v == kDummyVertex ? marks_.size() - 1 : v.index()]; }
-  [[nodiscard]] bool is_present(std::uint32_t version) const { return (state_[version] & kReplaced) == 0; }
   [[nodiscard]] static std::uint32_t corner_of(const Tet& tet, VertexId v) {
     return tet[0] == v ? 0 : tet[1] == v ? 1 : tet[2] == v ? 2 : tet[3] == v ? 3 : 4;
   }
@@ -259,12 +256,12 @@ private:
 
   std::uint32_t base_vertex_count_ = 0;
   std::uint32_t base_tet_count_ = 0;
-  std::uint32_t base_version_count_ = 0;
   std::uint32_t applied_count_ = 0;
+  std::uint64_t version_count_ = 0;
+  LargeVector<Tet> base_tets_; ///< and ghosts
 
   // By record.
   LargeVector<VertexId> target_;
-  LargeVector<std::uint32_t> first_fine_;
   LargeVector<std::uint16_t> fine_count_, added_tet_count_;
   LargeVector<std::uint32_t> parent_begin_, parent_count_;
   LargeVector<RecordId> parents_;
@@ -282,13 +279,9 @@ private:
   bool is_settled_ = false;
   std::uint32_t settled_place_count_ = 0;
   LargeVector<std::uint16_t> triangles_;
-  std::vector<std::pair<std::uint32_t, std::vector<VertexId>>> wide_triangles_; ///< by record; when settled, ascending
+  WideTriangles wide_triangles_; ///< by record, ascending
 
-  // By version. State: its place in live_ while it is present, kReplaced | creator afterwards.
-  LargeVector<Tet> versions_;
-  LargeVector<std::uint32_t> state_;
-
-  LargeVector<Live> live_;
+  LargeVector<Live> live_;        ///< by place
   LargeVector<VertexMark> marks_; ///< one row a vertex, the last is the dummy's
   std::vector<RegionTet> region_;
   std::vector<RimFace> rim_;
@@ -301,7 +294,7 @@ inline GrowthFace Refinement::growth_face(const Tet& tet, std::uint32_t u_corner
       {{0, 2, 3, 1}, {3, 1, 0, 2}, {1, 3, 2, 0}, {2, 0, 1, 3}}};
   const std::uint32_t a = kA[u_corner][opposite];
   const std::uint32_t b = 6 - u_corner - opposite - a;
-  return {tet[u_corner], tet[a], tet[b], tet[opposite], 0, {}};
+  return {tet[u_corner], tet[a], tet[b], tet[opposite], 0, kNoPlace};
 }
 
 inline void Refinement::join_region(std::uint32_t place) {
@@ -309,25 +302,24 @@ inline void Refinement::join_region(std::uint32_t place) {
   live.split = applied_count_ + 1;
   region_.push_back({place, 0});
   // What growth looks at next lies all over memory: its corner of the target is found when its turn comes.
-  __builtin_prefetch(&versions_[live.version]);
   for (const std::uint32_t behind : live.neighbour)
-    if (behind != kNone) __builtin_prefetch(&live_[behind]);
+    if (behind != kNoPlace) __builtin_prefetch(&live_[behind]);
 }
 
 template <class Joins>
-void Refinement::split(RecordId r, VertexId target, std::span<const VersionId> seeds, Joins&& joins,
+void Refinement::split(RecordId r, VertexId target, std::span<const std::uint32_t> seeds, Joins&& joins,
                        std::span<const RecordId> others) {
   begin_split(r, target, seeds, others);
   const std::uint32_t current = applied_count_ + 1;
   for (std::size_t i = 0; i < region_.size(); ++i) {
-    region_[i].u_corner = corner_of(versions_[live_[region_[i].place].version], target);
+    region_[i].u_corner = corner_of(live_[region_[i].place].tet, target);
     const RegionTet tet = region_[i];
     for (std::uint32_t corner = 0; corner < 4; ++corner) {
       const std::uint32_t behind = live_[tet.place].neighbour[corner];
-      if (corner == tet.u_corner || behind == kNone || live_[behind].split == current) continue;
-      GrowthFace face = growth_face(versions_[live_[tet.place].version], tet.u_corner, corner);
+      if (corner == tet.u_corner || behind == kNoPlace || live_[behind].split == current) continue;
+      GrowthFace face = growth_face(live_[tet.place].tet, tet.u_corner, corner);
       face.region_size = static_cast<std::uint32_t>(region_.size());
-      face.behind = VersionId{live_[behind].version};
+      face.behind = behind;
       if (!joins(static_cast<const GrowthFace&>(face))) continue;
       if (region_.size() == kMaxRegion) fail(r, "its region has more than 4096 tets");
       join_region(behind);

@@ -175,6 +175,7 @@ std::string RecordStream::validate() const {
   replay.is_removed.resize(vertex_count);
   for (std::size_t i = 0; i < size(); ++i)
     if (const std::string broken = apply_record(*this, i, replay); !broken.empty()) return of_record(i, broken);
+  if (replay.tets != slots) return "the records do not lead to what the slots hold";
   return {};
 }
 

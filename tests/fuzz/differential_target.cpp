@@ -1,5 +1,6 @@
 // Error bounds by the book (PTET.md, "Cuts"): the records above the bound and, over and over, what they depend on; then
 // each version by itself, whether it is there. No order, no index, no block table.
+#include "formats/ptet/version_table.hpp"
 #include "fuzz/checks.hpp"
 #include "fuzz/fuzzed_requests.hpp"
 #include "fuzz/targets.hpp"
@@ -17,7 +18,8 @@ constexpr int kMostRequests = 8;
 
 class PlainCuts {
 public:
-  PlainCuts(const file::Header& header, const file::Content& content) : content_(content) {
+  PlainCuts(const file::Header& header, const file::Content& content)
+      : content_(content), versions_(content.refinement) {
     for (const file::ArrayInfo& array : header.arrays)
       if (array.governing) {
         names_.push_back(array.name);
@@ -52,9 +54,9 @@ public:
 
   [[nodiscard]] std::vector<Tet> tets() const {
     std::vector<Tet> present;
-    for (std::uint32_t t = 0; t < content_.refinement.version_count(); ++t)
-      if (const VersionId version{t}; is_there(version) && !content_.refinement.is_ghost(version))
-        present.push_back(test::sorted_keeping_orientation(content_.refinement.vertices(version)));
+    each_there([&](RecordId, const Tet& tet) {
+      if (!Refinement::is_ghost(tet)) present.push_back(test::sorted_keeping_orientation(tet));
+    });
     std::sort(present.begin(), present.end());
     return present;
   }
@@ -62,14 +64,11 @@ public:
   /// Largest error over the records that made what is there; by field, the domain's last.
   [[nodiscard]] std::vector<double> errors() const {
     std::vector<double> largest(scale_.size(), 0);
-    for (std::uint32_t t = 0; t < content_.refinement.version_count(); ++t) {
-      const VersionId version{t};
-      const RecordId maker = content_.refinement.creator(version);
-      if (maker.is_none() || !is_there(version)) continue;
-      const bool is_ghost = content_.refinement.is_ghost(version);
+    each_there([&](RecordId maker, const Tet& tet) {
+      if (maker.is_none()) return;
       for (std::size_t i = 0; i < largest.size(); ++i)
-        if (is_ghost == (i + 1 == largest.size())) largest[i] = std::max(largest[i], error(maker, i));
-    }
+        if (Refinement::is_ghost(tet) == (i + 1 == largest.size())) largest[i] = std::max(largest[i], error(maker, i));
+    });
     return largest;
   }
 
@@ -89,14 +88,19 @@ private:
       }
     }
   }
-  [[nodiscard]] bool is_there(VersionId t) const {
-    const RecordId consumer = content_.refinement.consumer(t);
-    const RecordId creator = content_.refinement.creator(t);
-    return (consumer.is_none() || is_split_[consumer.index()] != 0) &&
-           (creator.is_none() || is_split_[creator.index()] == 0);
+  /// Calls `visit(record that made it or none, tet)` for what the cut holds.
+  template <class Visit>
+  void each_there(Visit&& visit) const {
+    versions_.each([&](std::uint32_t number, RecordId consumer, const Tet& tet) {
+      const RecordId creator = versions_.creator(number);
+      if ((consumer.is_none() || is_split_[consumer.index()] != 0) &&
+          (creator.is_none() || is_split_[creator.index()] == 0))
+        visit(creator, tet);
+    });
   }
 
   const file::Content& content_;
+  file::VersionTable versions_;
   std::vector<std::string> names_;
   std::vector<double> scale_;
   std::vector<char> is_split_;

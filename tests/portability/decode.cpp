@@ -99,10 +99,13 @@ void print_content(const std::string& path) {
   for (const PointArray& array : content.arrays)
     values.add(array);
   const Refinement& refinement = content.refinement;
-  for (std::uint32_t t = 0; t < refinement.version_count(); ++t)
-    versions.add_all(refinement.vertices(VersionId{t}));
-  for (std::uint32_t r = 0; r < refinement.record_count(); ++r)
-    versions.add_all(refinement.parents(RecordId{r}));
+  for (std::uint32_t place = 0; place < refinement.base_place_count(); ++place)
+    versions.add_all(refinement.base_tet(place));
+  for (RecordId r{0}; r.index() < refinement.record_count(); r = RecordId{r.index() + 1}) {
+    for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k)
+      versions.add_all(refinement.fine_tet(r, k));
+    versions.add_all(refinement.parents(r));
+  }
   codes.add_all(content.own);
   codes.add_all(content.monotone);
   codes.add_all(content.order);

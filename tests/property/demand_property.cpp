@@ -91,7 +91,7 @@ struct Opened {
     const Refinement& refinement = content.refinement;
     std::vector<std::vector<VertexId>> coarse, fine;
     for (std::uint32_t i = 0; i < refinement.fine_count(r); ++i) {
-      const Tet& tet = refinement.vertices(VersionId{refinement.first_fine(r).index() + i});
+      const Tet tet = refinement.fine_tet(r, i);
       std::vector<VertexId> corners;
       bool is_deleted = false;
       for (const VertexId v : tet) {

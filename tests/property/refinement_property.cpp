@@ -1,4 +1,5 @@
 // Streams of a plain simplifier played backwards, in many orders.
+#include "formats/ptet/version_table.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
@@ -66,15 +67,14 @@ TEST_CASE("versions are the same, name by name, whatever the order of the record
     test::Replay other = test::start_replay(mesh, stream);
     apply_in_random_order(other, stream, parents, random);
     REQUIRE(other.refinement.validate() == "");
+    const file::VersionTable one_table(one.refinement), other_table(other.refinement);
     for (std::uint32_t r = 0; r < stream.size(); ++r) {
       const RecordId record{r};
       REQUIRE(other.refinement.fine_count(record) == one.refinement.fine_count(record));
       CHECK(other.refinement.added_tet_count(record) == one.refinement.added_tet_count(record));
       for (std::uint32_t k = 0; k < one.refinement.fine_count(record); ++k) {
-        const VersionId mine{one.refinement.first_fine(record).index() + k};
-        const VersionId theirs{other.refinement.first_fine(record).index() + k};
-        CHECK(one.refinement.vertices(mine) == other.refinement.vertices(theirs));
-        CHECK(one.refinement.creator(mine) == other.refinement.creator(theirs));
+        CHECK(one.refinement.fine_tet(record, k) == other.refinement.fine_tet(record, k));
+        CHECK(one_table.creator(one_table.number(record, k)) == other_table.creator(other_table.number(record, k)));
       }
     }
   }
@@ -89,8 +89,8 @@ TEST_CASE("random splits never break the refinement without saying so") {
     Refinement refinement(mesh.tets, n, 20);
     try {
       for (std::uint32_t r = 0; r < 20; ++r) {
-        const VersionId seed{static_cast<std::uint32_t>(random() % refinement.version_count())};
-        const VertexId target = refinement.vertices(seed)[random() % 4];
+        const auto seed = static_cast<std::uint32_t>(random() % refinement.place_count());
+        const VertexId target = refinement.tet(seed)[random() % 4];
         const unsigned odds = 1 + random() % 6;
         refinement.split(RecordId{r}, target, std::span(&seed, 1),
                          [&](const GrowthFace&) { return random() % odds == 0; });

@@ -385,6 +385,7 @@ class PtetFile:
 
         modified = {t: make([v, *(self.corners[t][place[t] ^ i] for i in (1, 2, 3))]) for t in region}
         rim = defaultdict(list)  # at each of its vertices the faces of new tets there, as (tet, corner)
+        start, behind_edge = None, {}  # of the cycle, and by the vertex where a tet's edge of it begins: tet and end
         for t in region:
             self.consumer[t], m = record.number, modified[t]
             for j, behind in enumerate(self.neighbours[t]):
@@ -398,6 +399,9 @@ class PtetFile:
                     last = fine, 0
                     for k in {1, 2, 3} - {i}:
                         rim[self.corners[fine][6 - i - k]].append((fine, k))
+                    begins, ends = self.corners[m][(i + 1) % 3 + 1], self.corners[m][i % 3 + 1]
+                    start = begins if start is None else start
+                    behind_edge[begins] = fine, ends
                 if behind is not None:
                     self.join(last, (behind, self.neighbours[behind].index(t)))
         # A disk: V - E + F = 1 with 2 E = 3 F + rim, and the tets at the rim are one cycle.
@@ -410,6 +414,8 @@ class PtetFile:
         for f in reached:
             reached += new.intersection(self.neighbours[f]).difference(reached)
         require(len(reached) == len(new), "a rim of more than one cycle")
+        for k in range(len(region), len(record.made)):
+            record.made[k], start = behind_edge[start]
 
     def decode_arrays(self, coder, record):
         """[Arrays]; returns the missed codes of the governing ones."""

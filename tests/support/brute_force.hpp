@@ -4,6 +4,7 @@
 
 #include "ptet/mesh.hpp"
 #include "record/stream.hpp"
+#include "support/versions.hpp"
 
 #include <array>
 #include <optional>

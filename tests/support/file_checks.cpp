@@ -165,11 +165,8 @@ TetMesh present_mesh(const file::Content& content) {
   TetMesh mesh;
   mesh.positions = content.positions;
   mesh.point_arrays = content.arrays;
-  for (std::uint32_t t = 0; t < content.refinement.version_count(); ++t) {
-    if (content.refinement.creator(VersionId{t}).is_none() && !content.refinement.is_ghost(VersionId{t})) {
-      mesh.tets.push_back(content.refinement.vertices(VersionId{t}));
-    }
-  }
+  for (std::uint32_t place = 0; place < content.refinement.place_count(); ++place)
+    if (const Tet& tet = content.refinement.tet(place); !Refinement::is_ghost(tet)) mesh.tets.push_back(tet);
   return mesh;
 }
 
@@ -231,8 +228,7 @@ void check_same_records(const file::Reader& reader, const file::Content& all, co
                 some.refinement.fine_count(r) == all.refinement.fine_count(r) &&
                 some.generation[i] == all.generation[i] && some.order[i] == all.order[i];
     for (std::uint32_t k = 0; same && k < all.refinement.fine_count(r); ++k) {
-      same = all.refinement.vertices(VersionId{all.refinement.first_fine(r).index() + k}) ==
-             some.refinement.vertices(VersionId{some.refinement.first_fine(r).index() + k});
+      same = all.refinement.fine_tet(r, k) == some.refinement.fine_tet(r, k);
     }
     const auto all_parents = all.refinement.parents(r), some_parents = some.refinement.parents(r);
     same = same && std::equal(all_parents.begin(), all_parents.end(), some_parents.begin(), some_parents.end());

@@ -53,22 +53,20 @@ void apply(Replay& replay, const RecordStream& stream, RecordId r) {
     if (m < stream.modified_count[i])
       coarse.insert(sorted_keeping_orientation(renumbered(all.tets[all.coarse_begin[i].index() + m], replay.file_id)));
   }
-  const auto in_region = [&](VersionId t) {
-    return coarse.count(sorted_keeping_orientation(refinement.vertices(t))) != 0;
+  const auto in_region = [&](std::uint32_t place) {
+    return coarse.count(sorted_keeping_orientation(refinement.tet(place))) != 0;
   };
-  // Any tet of the region is a seed: take the one whose name is least.
-  VersionId seed;
-  for (std::uint32_t t = 0; t < refinement.version_count() && seed.is_none(); ++t)
-    if (refinement.creator(VersionId{t}).is_none() &&
-        sorted_keeping_orientation(refinement.vertices(VersionId{t})) == *coarse.begin())
-      seed = VersionId{t};
-  if (seed.is_none())
+  // Any tet of the region is a seed: take the one whose vertices come first.
+  std::uint32_t seed = 0;
+  while (seed < refinement.place_count() && sorted_keeping_orientation(refinement.tet(seed)) != *coarse.begin())
+    ++seed;
+  if (seed == refinement.place_count())
     throw std::logic_error("a coarse tet of record " + std::to_string(r.index()) + " is not in the mesh");
   refinement.split(r, replay.file_id[stream.target[i].index()], std::span(&seed, 1),
                    [&](const GrowthFace& face) { return in_region(face.behind); });
   std::set<Tet> made;
   for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k)
-    made.insert(sorted_keeping_orientation(refinement.vertices(VersionId{refinement.first_fine(r).index() + k})));
+    made.insert(sorted_keeping_orientation(refinement.fine_tet(r, k)));
   if (made != fine)
     throw std::logic_error("record " + std::to_string(r.index()) + " made other tets than its collapse consumed");
 }
@@ -93,10 +91,8 @@ std::vector<std::vector<RecordId>> parents_in_stream(const RecordStream& stream)
 
 std::vector<Tet> present(const Replay& replay) {
   std::vector<Tet> tets;
-  for (std::uint32_t t = 0; t < replay.refinement.version_count(); ++t)
-    if (replay.refinement.creator(VersionId{t}).is_none())
-      tets.push_back(
-          sorted_keeping_orientation(renumbered(replay.refinement.vertices(VersionId{t}), replay.original_id)));
+  for (std::uint32_t place = 0; place < replay.refinement.place_count(); ++place)
+    tets.push_back(sorted_keeping_orientation(renumbered(replay.refinement.tet(place), replay.original_id)));
   std::sort(tets.begin(), tets.end());
   return tets;
 }

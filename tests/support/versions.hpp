@@ -7,6 +7,13 @@
 #include <span>
 #include <vector>
 
+namespace ptet {
+
+/// A version is a tetrahedron (or boundary face, see kDummyVertex) that existed at some time of the build.
+using VersionId = Id<struct VersionTag>;
+
+} // namespace ptet
+
 namespace ptet::test {
 
 /// Numbered: the original tets and ghosts by slot, then what each record made, in the order of its modified slots.

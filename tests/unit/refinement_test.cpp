@@ -13,39 +13,30 @@ namespace ptet {
 
 /// What no caller can do.
 struct RefinementDamage {
-  static void disown(Refinement& r) { --r.fine_count_[0]; }
-  static void misplace(Refinement& r) { std::swap(r.state_[first_present(r)], r.state_[last_present(r)]); }
-  static void place_nowhere(Refinement& r) { r.state_[first_present(r)] = 1000; }
-  static void unapply_creator(Refinement& r) {
-    *std::find_if(r.state_.begin(), r.state_.end(), [](auto state) { return (state & Refinement::kReplaced) != 0; }) =
-        Refinement::kReplaced | 1;
+  static void count_more(Refinement& r) { ++r.version_count_; }
+  static void add_a_place(Refinement& r) { r.live_.emplace_back(); }
+  static void swap_base(Refinement& r) {
+    auto& tets = r.base_tets_;
+    for (auto& live : r.live_)
+      if (live.tet == tets.back()) std::swap(live.tet[0], live.tet[1]);
+  }
+  static void disown(Refinement& r) {
+    for (auto& live : r.live_)
+      if (live.tet[0] == r.vertex_of(RecordId{0})) std::swap(live.tet[1], live.tet[2]);
   }
   static void point_beyond(Refinement& r) { neighbour_of_first(r) = 1000; }
-  static void point_elsewhere(Refinement& r) { neighbour_of_first(r) = r.state_[first_present(r)]; }
+  static void point_elsewhere(Refinement& r) { neighbour_of_first(r) = 0; }
   static void point_one_way(Refinement& r) {
     const std::uint32_t behind = neighbour_of_first(r);
     auto& back = r.live_[behind].neighbour;
-    *std::find(back.begin(), back.end(), r.state_[first_present(r)]) = Refinement::kNone;
+    *std::find(back.begin(), back.end(), 0U) = Refinement::kNoPlace;
   }
-  static void add_a_place(Refinement& r) { r.live_.emplace_back(); }
 
 private:
-  static bool is_there(const Refinement& r, std::uint32_t t) { return (r.state_[t] & Refinement::kReplaced) == 0; }
-  static std::uint32_t first_present(const Refinement& r) {
-    std::uint32_t t = 0;
-    while (!is_there(r, t))
-      ++t;
-    return t;
-  }
-  static std::uint32_t last_present(const Refinement& r) {
-    std::uint32_t t = r.version_count() - 1;
-    while (!is_there(r, t))
-      --t;
-    return t;
-  }
   static std::uint32_t& neighbour_of_first(Refinement& r) {
-    auto& neighbours = r.live_[r.state_[first_present(r)]].neighbour;
-    return *std::find_if(neighbours.begin(), neighbours.end(), [](auto behind) { return behind != Refinement::kNone; });
+    auto& neighbours = r.live_.front().neighbour;
+    return *std::find_if(neighbours.begin(), neighbours.end(),
+                         [](auto behind) { return behind != Refinement::kNoPlace; });
   }
 };
 
@@ -70,17 +61,15 @@ ErrorCode code_of(const std::function<void()>& action) {
 
 std::set<Tet> present_tets(const Refinement& r) {
   std::set<Tet> tets;
-  for (std::uint32_t t = 0; t < r.version_count(); ++t)
-    if (r.creator(VersionId{t}).is_none()) tets.insert(test::sorted_keeping_orientation(r.vertices(VersionId{t})));
+  for (std::uint32_t place = 0; place < r.place_count(); ++place)
+    tets.insert(test::sorted_keeping_orientation(r.tet(place)));
   return tets;
 }
 
-VersionId find(const Refinement& r, const Tet& wanted) {
-  for (std::uint32_t t = 0; t < r.version_count(); ++t)
-    if (r.creator(VersionId{t}).is_none() &&
-        test::sorted_keeping_orientation(r.vertices(VersionId{t})) == test::sorted_keeping_orientation(wanted))
-      return VersionId{t};
-  return {};
+std::uint32_t find(const Refinement& r, const Tet& wanted) {
+  for (std::uint32_t place = 0; place < r.place_count(); ++place)
+    if (test::sorted_keeping_orientation(r.tet(place)) == test::sorted_keeping_orientation(wanted)) return place;
+  return Refinement::kNoPlace;
 }
 
 // The tet (0, 1, 2, 3) gains vertex 4, which takes over from vertex 0 the tet and its ghost at the face (0, 2, 1):
@@ -88,10 +77,10 @@ VersionId find(const Refinement& r, const Tet& wanted) {
 //   C = (0 1 2 3), (0 2 1 w)   ->   F = (4 1 2 3), (4 2 1 w), and around the edge (0, 4): (0 4 2 3), (0 1 4 3),
 //                                       (0 2 4 w), (0 4 1 w)
 void split_single_tet(Refinement& r, std::vector<GrowthFace>& asked) {
-  const VersionId seed{0};
+  const std::uint32_t seed = 0;
   r.split(RecordId{0}, VertexId{0}, std::span(&seed, 1), [&](const GrowthFace& face) {
     asked.push_back(face);
-    return r.is_ghost(face.behind) && face.c == VertexId{3};
+    return Refinement::is_ghost(r.tet(face.behind)) && face.c == VertexId{3};
   });
 }
 
@@ -99,7 +88,7 @@ void split_single_tet(Refinement& r, std::vector<GrowthFace>& asked) {
 
 TEST_CASE("refinement: the boundary of a single tet is closed by four ghosts, oriented like the tet") {
   const Refinement r({tet(0, 1, 2, 3)}, 4, 0);
-  CHECK(r.base_version_count() == 5);
+  CHECK(r.base_place_count() == 5);
   CHECK(r.base_tet_count() == 1);
   CHECK(present_tets(r) == std::set<Tet>{tet(0, 1, 2, 3), test::sorted_keeping_orientation(tet(0, 2, 1, kW)),
                                          test::sorted_keeping_orientation(tet(1, 2, 3, kW)),
@@ -122,13 +111,20 @@ TEST_CASE("refinement: a split of the single tet") {
   CHECK(r.added_tet_count(RecordId{0}) == 2);
   CHECK(r.parents(RecordId{0}).empty());
   CHECK(r.target(RecordId{0}) == VertexId{0});
-  CHECK(r.creator(VersionId{0}) == RecordId{0});
+  CHECK(r.version_count() == 11);
+  CHECK(r.consumer(0) == RecordId{0});
   for (std::uint32_t k = 0; k < 6; ++k) {
-    const VersionId t{r.first_fine(RecordId{0}).index() + k};
-    CHECK(r.vertices(t)[0] == VertexId{4});
-    CHECK(r.consumer(t) == RecordId{0});
-    CHECK(r.creator(t).is_none());
+    const std::uint32_t place = r.fine_place(RecordId{0}, k);
+    CHECK(r.fine_in_place(RecordId{0}, place) == k);
+    CHECK(r.tet(place) == r.fine_tet(RecordId{0}, k));
+    CHECK(r.tet(place)[0] == VertexId{4});
+    CHECK(r.consumer(place) == RecordId{0});
   }
+  for (std::uint32_t place = 0, others = 0; place < r.place_count(); ++place)
+    if (r.fine_in_place(RecordId{0}, place) == 6) {
+      CHECK(++others <= 3);
+      CHECK(r.consumer(place).is_none());
+    }
   // Three faces of the tet, then two of the ghost; each seen from its region tet.
   REQUIRE(asked.size() == 5);
   for (std::size_t i = 0; i < 5; ++i) {
@@ -143,11 +139,11 @@ TEST_CASE("refinement: a second split knows its parent") {
   Refinement r({tet(0, 1, 2, 3)}, 4, 2);
   std::vector<GrowthFace> asked;
   split_single_tet(r, asked);
-  const VersionId seed = find(r, tet(4, 1, 2, 3));
+  const std::uint32_t seed = find(r, tet(4, 1, 2, 3));
   const std::set<Tet> region = {test::sorted_keeping_orientation(tet(4, 1, 2, 3)),
                                 test::sorted_keeping_orientation(tet(1, 2, 3, kW))};
   r.split(RecordId{1}, VertexId{1}, std::span(&seed, 1), [&](const GrowthFace& face) {
-    return region.count(test::sorted_keeping_orientation(r.vertices(face.behind))) != 0;
+    return region.count(test::sorted_keeping_orientation(r.tet(face.behind))) != 0;
   });
   CHECK(r.validate().empty());
   REQUIRE(r.parents(RecordId{1}).size() == 1);
@@ -158,7 +154,7 @@ TEST_CASE("refinement: a second split knows its parent") {
 TEST_CASE("refinement: boundary faces at a non-manifold edge have no neighbour there") {
   const TetMesh mesh = test::pinched_edge();
   const Refinement r(mesh.tets, 6, 1);
-  CHECK(r.base_version_count() == 10);
+  CHECK(r.base_place_count() == 10);
   CHECK(r.validate().empty());
   const TetMesh vertex = test::pinched_vertex();
   CHECK(Refinement(vertex.tets, 7, 0).validate().empty());
@@ -182,27 +178,27 @@ TEST_CASE("refinement: a bad base mesh is refused") {
 }
 
 TEST_CASE("refinement: a split that cannot be is refused") {
-  const auto split = [](std::uint32_t record, std::uint32_t target, std::vector<VersionId> seeds, bool joins) {
+  const auto split = [](std::uint32_t record, std::uint32_t target, std::vector<std::uint32_t> seeds, bool joins) {
     Refinement r({tet(0, 1, 2, 3)}, 4, 1);
     return code_of(
         [&] { r.split(RecordId{record}, VertexId{target}, seeds, [&](const GrowthFace&) { return joins; }); });
   };
-  CHECK(split(1, 0, {VersionId{0}}, false) == ErrorCode::kCorruptFile);               // no such record
-  CHECK(split(0, 7, {VersionId{0}}, false) == ErrorCode::kCorruptFile);               // no such vertex
-  CHECK(split(0, kW, {VersionId{0}}, false) == ErrorCode::kCorruptFile);              // the dummy
-  CHECK(split(0, 4, {VersionId{0}}, false) == ErrorCode::kCorruptFile);               // itself
-  CHECK(split(0, 0, {}, false) == ErrorCode::kCorruptFile);                           // nowhere
-  CHECK(split(0, 0, {VersionId{5}}, false) == ErrorCode::kCorruptFile);               // no such version
-  CHECK(split(0, 0, {VersionId{0}, VersionId{0}}, false) == ErrorCode::kCorruptFile); // twice
-  CHECK(split(0, 0, {VersionId{0}}, true) == ErrorCode::kCorruptFile);                // the whole star
+  CHECK(split(1, 0, {0}, false) == ErrorCode::kCorruptFile);    // no such record
+  CHECK(split(0, 7, {0}, false) == ErrorCode::kCorruptFile);    // no such vertex
+  CHECK(split(0, kW, {0}, false) == ErrorCode::kCorruptFile);   // the dummy
+  CHECK(split(0, 4, {0}, false) == ErrorCode::kCorruptFile);    // itself
+  CHECK(split(0, 0, {}, false) == ErrorCode::kCorruptFile);     // nowhere
+  CHECK(split(0, 0, {5}, false) == ErrorCode::kCorruptFile);    // no such version
+  CHECK(split(0, 0, {0, 0}, false) == ErrorCode::kCorruptFile); // twice
+  CHECK(split(0, 0, {0}, true) == ErrorCode::kCorruptFile);     // the whole star
 
   Refinement r({tet(0, 1, 2, 3)}, 4, 2);
   std::vector<GrowthFace> asked;
   split_single_tet(r, asked);
   CHECK(code_of([&] { split_single_tet(r, asked); }) == ErrorCode::kCorruptFile); // again
-  const VersionId gone{0};
+  const std::uint32_t elsewhere = find(r, tet(1, 2, 3, kW));
   CHECK(code_of([&] {
-          r.split(RecordId{1}, VertexId{0}, std::span(&gone, 1), [](const GrowthFace&) { return false; });
+          r.split(RecordId{1}, VertexId{0}, std::span(&elsewhere, 1), [](const GrowthFace&) { return false; });
         }) == ErrorCode::kCorruptFile);
 }
 
@@ -212,20 +208,20 @@ TEST_CASE("refinement: regions that are no disk are refused") {
   const TetMesh mesh = test::six_cycle();
   const auto none = [](const GrowthFace&) { return false; };
   const Refinement base(mesh.tets, 8, 1);
-  std::vector<VersionId> tets, ghosts;
-  for (std::uint32_t t = 0; t < base.version_count(); ++t) {
-    const Tet& corners = base.vertices(VersionId{t});
+  std::vector<std::uint32_t> tets, ghosts;
+  for (std::uint32_t place = 0; place < base.place_count(); ++place) {
+    const Tet& corners = base.tet(place);
     if (std::count(corners.begin(), corners.end(), VertexId{0}) == 1)
-      (base.is_ghost(VersionId{t}) ? ghosts : tets).push_back(VersionId{t});
+      (Refinement::is_ghost(corners) ? ghosts : tets).push_back(place);
   }
   REQUIRE(tets.size() == 6);
   REQUIRE(ghosts.size() == 6);
-  const auto split = [&](const std::vector<VersionId>& region) {
+  const auto split = [&](const std::vector<std::uint32_t>& region) {
     Refinement r(mesh.tets, 8, 1);
     r.split(RecordId{0}, VertexId{0}, region, none);
     CHECK(r.validate().empty());
   };
-  const auto refused = [&](const std::vector<VersionId>& region) {
+  const auto refused = [&](const std::vector<std::uint32_t>& region) {
     return code_of([&] { split(region); }) == ErrorCode::kCorruptFile;
   };
   CHECK_NOTHROW(split(tets));
@@ -233,12 +229,12 @@ TEST_CASE("refinement: regions that are no disk are refused") {
   CHECK_NOTHROW(split({tets[0], tets[1]}));
   CHECK(refused({tets[0], tets[3]})); // two disks that share a vertex
 
-  std::vector<VersionId> annulus = tets;
+  std::vector<std::uint32_t> annulus = tets;
   annulus.insert(annulus.end(), ghosts.begin(), ghosts.end());
   annulus.erase(annulus.begin());
   annulus.pop_back();
-  const Tet& first = base.vertices(tets[0]);
-  const Tet& last = base.vertices(ghosts.back());
+  const Tet& first = base.tet(tets[0]);
+  const Tet& last = base.tet(ghosts.back());
   REQUIRE(std::none_of(first.begin(), first.end(),
                        [&](VertexId v) { return v.index() > 1 && std::count(last.begin(), last.end(), v) != 0; }));
   CHECK(refused(annulus)); // all but two triangles that do not touch
@@ -256,21 +252,21 @@ TEST_CASE("refinement: a disk and a closed surface are no region, though their r
     return std::all_of(corners.begin(), corners.end(),
                        [&](VertexId v) { return v == kDummyVertex || std::count(tet.begin(), tet.end(), v) != 0; });
   };
-  std::vector<VersionId> sphere, disk;
-  for (std::uint32_t t = 0; t < base.version_count(); ++t) {
-    const Tet& corners = base.vertices(VersionId{t});
+  std::vector<std::uint32_t> sphere, disk;
+  for (std::uint32_t place = 0; place < base.place_count(); ++place) {
+    const Tet& corners = base.tet(place);
     if (std::count(corners.begin(), corners.end(), shared[0]) == 0) continue;
-    if (is_of(corners, mesh.tets[0])) sphere.push_back(VersionId{t});
-    if (is_of(corners, mesh.tets[1]) && !base.is_ghost(VersionId{t})) disk.push_back(VersionId{t});
+    if (is_of(corners, mesh.tets[0])) sphere.push_back(place);
+    if (is_of(corners, mesh.tets[1]) && !Refinement::is_ghost(corners)) disk.push_back(place);
   }
   REQUIRE(sphere.size() == 4);
   REQUIRE(disk.size() == 1);
-  const auto split = [&](const std::vector<VersionId>& region) {
+  const auto split = [&](const std::vector<std::uint32_t>& region) {
     Refinement r(mesh.tets, 8, 1);
     r.split(RecordId{0}, shared[0], region, [](const GrowthFace&) { return false; });
   };
   CHECK_NOTHROW(split(disk));
-  std::vector<VersionId> both = sphere;
+  std::vector<std::uint32_t> both = sphere;
   both.insert(both.end(), disk.begin(), disk.end());
   CHECK(code_of([&] { split(both); }) == ErrorCode::kCorruptFile);
 }
@@ -278,10 +274,11 @@ TEST_CASE("refinement: a disk and a closed surface are no region, though their r
 TEST_CASE("refinement: a split may wait for others, which are parents then like those found") {
   Refinement r({tet(0, 1, 2, 3)}, 4, 3);
   const auto split = [&](std::uint32_t record, std::vector<RecordId> others) {
-    const VersionId seed = find(r, tet(0, 1, 2, 3));
+    const std::uint32_t seed = find(r, tet(0, 1, 2, 3));
     r.split(
         RecordId{record}, VertexId{0}, std::span(&seed, 1),
-        [&](const GrowthFace& face) { return r.is_ghost(face.behind) && face.c == VertexId{3}; }, others);
+        [&](const GrowthFace& face) { return Refinement::is_ghost(r.tet(face.behind)) && face.c == VertexId{3}; },
+        others);
   };
   CHECK(code_of([&] { split(0, {RecordId{1}}); }) == ErrorCode::kCorruptFile);
   CHECK(code_of([&] { split(0, {RecordId{0}}); }) == ErrorCode::kCorruptFile);
@@ -291,10 +288,11 @@ TEST_CASE("refinement: a split may wait for others, which are parents then like 
   CHECK(r.parents(RecordId{0}).empty());
   // The tet (4 1 2 3) is of record 0, the tet (5 1 2 3) of record 1.
   const auto split_again = [&](std::uint32_t record, std::vector<RecordId> others) {
-    const VersionId seed = r.first_fine(RecordId{record - 1});
+    const std::uint32_t seed = r.fine_place(RecordId{record - 1}, 0);
     r.split(
         RecordId{record}, r.vertex_of(RecordId{record - 1}), std::span(&seed, 1),
-        [&](const GrowthFace& face) { return r.is_ghost(face.behind) && face.c == VertexId{3}; }, others);
+        [&](const GrowthFace& face) { return Refinement::is_ghost(r.tet(face.behind)) && face.c == VertexId{3}; },
+        others);
     return std::vector(r.parents(RecordId{record}).begin(), r.parents(RecordId{record}).end());
   };
   CHECK(split_again(1, {RecordId{0}, RecordId{0}}) == std::vector{RecordId{0}});
@@ -312,16 +310,17 @@ TEST_CASE("refinement: what is kept when settled is what was there") {
   for (const std::uint32_t wanted : {3U, 36U}) {
     INFO(wanted);
     Refinement r(tets, kNew, 1);
-    const VersionId seed{0};
-    r.split(RecordId{0}, VertexId{0}, std::span(&seed, 1),
-            [&](const GrowthFace& face) { return !r.is_ghost(face.behind) && face.region_size < wanted; });
+    const std::uint32_t seed = 0;
+    r.split(RecordId{0}, VertexId{0}, std::span(&seed, 1), [&](const GrowthFace& face) {
+      return !Refinement::is_ghost(r.tet(face.behind)) && face.region_size < wanted;
+    });
     REQUIRE(r.validate().empty());
     REQUIRE(r.modified(RecordId{0}).size() == wanted);
     // In each of its places stands what split() left there.
-    const std::uint32_t base_places = r.base_version_count();
+    const std::uint32_t base_places = r.base_place_count();
     std::vector<std::array<VertexId, 3>> triangles;
     for (std::uint32_t k = 0; k < wanted; ++k) {
-      const Tet& fine = r.vertices(VersionId{r.first_fine(RecordId{0}).index() + k});
+      const Tet fine = r.fine_tet(RecordId{0}, k);
       triangles.push_back(r.link_triangle(RecordId{0}, k));
       CHECK(fine == Tet{VertexId{kNew}, triangles[k][0], triangles[k][1], triangles[k][2]});
       CHECK(r.modified(RecordId{0})[k].index() < base_places);
@@ -333,7 +332,7 @@ TEST_CASE("refinement: what is kept when settled is what was there") {
       rim.insert(
           test::sorted_keeping_orientation({VertexId{kNew}, VertexId{0}, around[i], around[(i + 1) % around.size()]}));
     for (std::uint32_t k = wanted; k < r.fine_count(RecordId{0}); ++k)
-      expected.insert(test::sorted_keeping_orientation(r.vertices(VersionId{r.first_fine(RecordId{0}).index() + k})));
+      expected.insert(test::sorted_keeping_orientation(r.fine_tet(RecordId{0}, k)));
     CHECK(rim == expected);
 
     const std::vector<VertexId> before(around.begin(), around.end());
@@ -345,7 +344,7 @@ TEST_CASE("refinement: what is kept when settled is what was there") {
     for (std::uint32_t k = 0; k < wanted; ++k)
       CHECK(r.link_triangle(RecordId{0}, k) == triangles[k]);
     CHECK(r.base_kinds(RecordId{0}) == kHasTets);
-    CHECK(r.vertices(VersionId{0}) == tets[0]);
+    CHECK(r.base_tet(0) == tets[0]);
   }
 }
 
@@ -354,14 +353,13 @@ TEST_CASE("refinement: validate() sees every kind of damage") {
     void (*make)(Refinement&);
     const char* told;
   };
-  const Damage kinds[] = {{RefinementDamage::disown, "not among those of the record"},
-                          {RefinementDamage::misplace, "is not where its state says"},
-                          {RefinementDamage::place_nowhere, "is not where its state says"},
-                          {RefinementDamage::unapply_creator, "replaced by a record that is not applied"},
+  const Damage kinds[] = {{RefinementDamage::count_more, "have made other than"},
+                          {RefinementDamage::add_a_place, "places, and there are"},
+                          {RefinementDamage::swap_base, "is of no record"},
+                          {RefinementDamage::disown, "not among those of the record"},
                           {RefinementDamage::point_beyond, "a neighbour that is not there"},
                           {RefinementDamage::point_elsewhere, "do not share their face"},
-                          {RefinementDamage::point_one_way, "is not a neighbour of its neighbour"},
-                          {RefinementDamage::add_a_place, "places for"}};
+                          {RefinementDamage::point_one_way, "is not a neighbour of its neighbour"}};
   for (const Damage& damage : kinds) {
     Refinement r({tet(0, 1, 2, 3)}, 4, 2);
     std::vector<GrowthFace> asked;

@@ -29,8 +29,6 @@ using VertexId = Id<struct VertexTag>;
 using TetId = Id<struct TetTag>;
 /// A record is one accepted collapse, read backwards as a vertex split.
 using RecordId = Id<struct RecordTag>;
-/// A version is a tetrahedron (or boundary face, see kDummyVertex) that existed at some time of the build.
-using VersionId = Id<struct VersionTag>;
 
 /// The dummy vertex of the link condition. A boundary face (a, b, c) is the ghost tetrahedron (a, b, c, dummy).
 /// It has no row in any vertex table.
