@@ -15,8 +15,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <initializer_list>
 #include <span>
 #include <vector>
 
@@ -196,49 +194,6 @@ private:
   std::vector<std::byte> bytes_;
   std::size_t next_;
   State state_;
-};
-
-/// What one coder was told, to be told to another. Two bytes a bit in a context; of its 32,752 first ones, that is.
-class Transcript {
-public:
-  void bit(std::uint32_t context, bool bit) {
-    const std::uint32_t unit = context << 1 | (bit ? 1U : 0U);
-    if (unit >= kRaw) put({kFar, unit >> 16});
-    put({unit & 0xFFFF});
-  }
-  void raw(unsigned count, std::uint64_t value) {
-    for (unsigned left = count; left > 0;) {
-      const unsigned step = std::min(left, 16U); // a coder goes by eights
-      left -= step;
-      put({kRaw + step, static_cast<std::uint32_t>(value >> left & ((1U << step) - 1))});
-    }
-  }
-  template <class Coder>
-  void tell(Coder& coder) const {
-    for (auto at = units_.begin(); at != units_.end(); ++at) {
-      std::uint32_t unit = *at;
-      if (unit > kRaw && unit != kFar) {
-        coder.raw(unit - kRaw, *++at);
-        continue;
-      }
-      if (unit == kFar) {
-        unit = std::uint32_t{*++at} << 16;
-        unit |= *++at;
-      }
-      coder.bit(unit >> 1, (unit & 1) != 0);
-    }
-  }
-
-private:
-  static constexpr std::uint32_t kRaw = 0xFFE0; ///< and the number of bits: these follow
-  static constexpr std::uint32_t kFar = 0xFFFF; ///< two halves of a greater number follow
-
-  void put(std::initializer_list<std::uint32_t> units) {
-    for (const std::uint32_t unit : units)
-      units_.push_back(static_cast<std::uint16_t>(unit));
-  }
-
-  std::deque<std::uint16_t> units_; ///< a bit: 2 * context + bit
 };
 
 /// Cost of a bit in 1/256 bits, by the 12-bit probability of what happened.

@@ -300,7 +300,7 @@ void Reader::expect(std::span<const FetchedBlock> blocks, Content& content) cons
   // There are more places than tets, by the boundary faces; what is not used takes no memory.
   const std::uint64_t tets_and_faces = header_.tet_count + std::uint64_t{header_.tet_count} / 4;
   if (content.refinement.applied_count() + records == header_.record_count)
-    content.refinement.reserve(std::min(content.refinement.place_count() + versions, tets_and_faces));
+    content.refinement.reserve({.places = std::min(content.refinement.place_count() + versions, tets_and_faces)});
 }
 
 Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) {

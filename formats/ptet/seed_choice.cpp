@@ -52,7 +52,7 @@ void SeedChoice::choose(const std::vector<Probability>& model, std::span<const B
 void SeedChoice::choose_for(const std::vector<Probability>& model, std::uint32_t number, SeedHistory& history,
                             const Refinement& refinement, RecordId r, std::vector<Seed>& seeds,
                             Scratch& scratch) const {
-  const std::uint32_t count = records_.modified_count[order_.stream_record[r.index()]];
+  const auto count = static_cast<std::uint32_t>(stars_.modified(r).size());
   seeds.clear();
   scratch.reached.assign(count, 0);
   for (std::uint32_t left = count; left > 0;) {
@@ -67,16 +67,15 @@ void SeedChoice::choose_for(const std::vector<Probability>& model, std::uint32_t
 SeedChoice::Choice SeedChoice::cheapest(const std::vector<Probability>& model, std::uint32_t number,
                                         const SeedHistory& history, const Refinement& refinement, RecordId r,
                                         const std::vector<char>& reached) const {
-  const std::uint32_t record = order_.stream_record[r.index()];
-  const auto modified = records_.modified(record);
-  const VertexId target = order_.file_vertex[records_.target[record].index()];
+  const auto modified = stars_.modified(r);
+  const VertexId target = target_of(r);
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
   Choice best{};
   for (std::uint32_t i = 0; i < reached.size(); ++i) {
     if (reached[i] != 0) continue;
     const std::uint32_t place = match_.place_of(modified[i]);
     if (place == SlotMatch::kNone)
-      throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " comes too early");
+      throw Error(ErrorCode::kBadInput, "record " + std::to_string(r.index()) + " comes too early");
     const Seed tried = seed_at(refinement, number, place, target);
     BitMeter meter(model);
     Seed seed = tried;
@@ -91,9 +90,8 @@ SeedChoice::Choice SeedChoice::cheapest(const std::vector<Probability>& model, s
 
 /// Goes from a tet of the region to all that hang together with it; returns how many these are.
 std::uint32_t SeedChoice::reach(const Refinement& refinement, RecordId r, std::uint32_t index, Scratch& scratch) const {
-  const std::uint32_t record = order_.stream_record[r.index()];
-  const auto modified = records_.modified(record);
-  const VertexId target = order_.file_vertex[records_.target[record].index()];
+  const auto modified = stars_.modified(r);
+  const VertexId target = target_of(r);
   std::uint32_t count = 0;
   scratch.front.assign(1, index);
   scratch.reached[index] = 1;

@@ -22,8 +22,10 @@ class SeedChoice {
 public:
   /// `block_of`: by record of the file. All must outlive the object.
   SeedChoice(const RecordStream& records, const FileOrder& order, const Schema& schema,
-             std::span<const BlockInfo> infos, std::span<const std::uint32_t> block_of, const SlotMatch& match)
-      : records_(records), order_(order), schema_(schema), infos_(infos), block_of_(block_of), match_(match) {}
+             std::span<const BlockInfo> infos, std::span<const std::uint32_t> block_of, const SlotMatch& match,
+             const FileStars& stars)
+      : records_(records), order_(order), schema_(schema), infos_(infos), block_of_(block_of), match_(match),
+        stars_(stars) {}
 
   /// Chooses for a group of records (of the file), none of which has been split: those of a block in a row, as they
   /// will be coded. `model`: of the first contexts, which are those of seeds. `states`: by block. Throws
@@ -49,6 +51,9 @@ private:
   /// `number`: the block's.
   [[nodiscard]] Seed seed_at(const Refinement& refinement, std::uint32_t number, std::uint32_t place,
                              VertexId target) const;
+  [[nodiscard]] VertexId target_of(RecordId r) const {
+    return order_.file_vertex[records_.target[order_.stream_record[r.index()]].index()];
+  }
   void choose_for(const std::vector<Probability>& model, std::uint32_t number, SeedHistory& history,
                   const Refinement& refinement, RecordId r, std::vector<Seed>& seeds, Scratch& scratch) const;
   [[nodiscard]] Choice cheapest(const std::vector<Probability>& model, std::uint32_t number, const SeedHistory& history,
@@ -62,6 +67,7 @@ private:
   std::span<const BlockInfo> infos_;
   std::span<const std::uint32_t> block_of_;
   const SlotMatch& match_;
+  const FileStars& stars_;
   std::vector<std::vector<Seed>> seeds_;  ///< by place in the group
   std::vector<std::size_t> block_begins_; ///< places in the group where another block's records begin, and its end
   oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;

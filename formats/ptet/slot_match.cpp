@@ -3,9 +3,8 @@
 #include "ptet/error.hpp"
 
 #include <algorithm>
-#include <array>
-#include <map>
 #include <string>
+#include <utility>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -13,8 +12,10 @@
 namespace ptet::file {
 namespace {
 
-/// Tets of the same vertices have the same.
-Tet sorted(Tet tet) {
+/// By the file's vertices, ascending: tets of the same vertices are the same.
+Tet in_file(Tet tet, const FileOrder& order) {
+  for (VertexId& v : tet)
+    v = v == kDummyVertex ? v : order.file_vertex[v.index()];
   std::sort(tet.begin(), tet.end());
   return tet;
 }
@@ -22,49 +23,46 @@ Tet sorted(Tet tet) {
 } // namespace
 
 SlotMatch::SlotMatch(const RecordStream& records, const FileOrder& order, const Refinement& refinement)
-    : records_(records), order_(order), slot_of_(records.slot_count(), kNone), place_of_(records.slot_count(), kNone) {
-  std::map<Tet, std::uint32_t> slot_of_tet;
+    : slot_of_(records.slot_count(), kNone), place_of_(records.slot_count(), kNone) {
+  std::vector<std::pair<Tet, std::uint32_t>> base;
   for (const std::uint32_t slot : records.base_slots())
-    slot_of_tet.emplace(sorted(in_file(records.slots[slot])), slot);
+    base.emplace_back(in_file(records.slots[slot], order), slot);
+  std::sort(base.begin(), base.end());
   for (std::uint32_t place = 0; place < refinement.base_place_count(); ++place) {
-    const auto found = slot_of_tet.find(sorted(refinement.tet(place)));
-    if (found == slot_of_tet.end()) throw Error(ErrorCode::kBadInput, "the records do not lead to a closed base mesh");
+    Tet tet = refinement.tet(place);
+    std::sort(tet.begin(), tet.end());
+    const auto found = std::lower_bound(base.begin(), base.end(), std::pair(tet, std::uint32_t{0}));
+    if (found == base.end() || found->first != tet)
+      throw Error(ErrorCode::kBadInput, "the records do not lead to a closed base mesh");
     match(found->second, place);
   }
 }
 
-/// A tet of the stream by the file's vertices.
-Tet SlotMatch::in_file(Tet tet) const {
-  for (VertexId& v : tet)
-    v = v == kDummyVertex ? v : order_.file_vertex[v.index()];
-  return tet;
-}
-
-void SlotMatch::add_rims(const Refinement& refinement, std::span<const std::uint32_t> records) {
+void SlotMatch::add_rims(const Refinement& refinement, const FileStars& stars, std::span<const std::uint32_t> records) {
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, records.size(), 16), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i)
-      add_rim(refinement, RecordId{records[i]});
+      add_rim(refinement, stars, RecordId{records[i]});
   });
 }
 
-void SlotMatch::add_rim(const Refinement& refinement, RecordId r) {
-  const std::uint32_t record = order_.stream_record[r.index()];
+void SlotMatch::add_rim(const Refinement& refinement, const FileStars& stars, RecordId r) {
   const auto rim = refinement.rim(r);
-  const auto deleted = records_.deleted(record);
+  const auto deleted = stars.deleted(r);
   const auto fail = [&] {
-    throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " cannot be undone by a vertex split");
+    throw Error(ErrorCode::kBadInput, "record " + std::to_string(r.index()) + " does not undo its collapse");
   };
-  if (rim.size() != deleted.size() || refinement.modified(r).size() != records_.modified_count[record]) fail();
-  for (const std::uint32_t slot : deleted) {
-    const Tet tet = in_file(records_.slots[slot]);
-    const auto has = [&](VertexId v) { return std::find(tet.begin(), tet.end(), v) != tet.end(); };
+  if (rim.size() != deleted.size() || refinement.modified(r).size() != stars.modified(r).size()) fail();
+  for (const FileStars::Deleted& tet : deleted) {
+    const auto is_at = [&](std::size_t i) {
+      const VertexId a = rim[i], b = rim[i + 1 < rim.size() ? i + 1 : 0];
+      return (a == tet.a && b == tet.b) || (a == tet.b && b == tet.a);
+    };
     std::size_t i = 0;
-    while (i < rim.size() && !(has(rim[i]) && has(rim[i + 1 < rim.size() ? i + 1 : 0])))
+    while (i < rim.size() && !is_at(i))
       ++i;
-    if (i == rim.size() || !has(refinement.vertex_of(r)) || !has(refinement.target(r))) fail();
     const auto place = static_cast<std::uint32_t>(refinement.rim_place(r) + i);
-    if (place >= slot_of_.size() || slot_of_[place] != kNone) fail();
-    match(slot, place);
+    if (i == rim.size() || place >= slot_of_.size() || slot_of_[place] != kNone) fail();
+    match(tet.slot, place);
   }
 }
 

@@ -3,6 +3,7 @@
 // what they are.
 #pragma once
 
+#include "formats/ptet/file_stars.hpp"
 #include "formats/ptet/ordering.hpp"
 #include "mesh/large_pages.hpp"
 #include "record/refinement.hpp"
@@ -19,13 +20,12 @@ class SlotMatch {
 public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// Matches the base. `records` and `order` must outlive the object. Throws Error(kBadInput) when the records do not
-  /// lead to a closed base mesh.
+  /// Matches the base. Throws Error(kBadInput) when the records do not lead to a closed base mesh.
   SlotMatch(const RecordStream& records, const FileOrder& order, const Refinement& refinement);
 
   /// Matches the rims of these records of the file, which have been split, in parallel. Throws Error(kBadInput) when
-  /// they are not what the collapses deleted.
-  void add_rims(const Refinement& refinement, std::span<const std::uint32_t> records);
+  /// they are not what the collapses deleted. `stars`: of the stream.
+  void add_rims(const Refinement& refinement, const FileStars& stars, std::span<const std::uint32_t> records);
 
   [[nodiscard]] std::uint32_t slot_of(std::uint32_t place) const { return slot_of_[place]; }
   /// kNone when it has not appeared yet.
@@ -36,11 +36,8 @@ private:
     slot_of_[place] = slot;
     place_of_[slot] = place;
   }
-  void add_rim(const Refinement& refinement, RecordId r);
-  [[nodiscard]] Tet in_file(Tet tet) const;
+  void add_rim(const Refinement& refinement, const FileStars& stars, RecordId r);
 
-  const RecordStream& records_;
-  const FileOrder& order_;
   LargeVector<std::uint32_t> slot_of_;  ///< by place of the refinement
   LargeVector<std::uint32_t> place_of_; ///< by slot of the stream
 };

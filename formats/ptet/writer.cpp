@@ -6,6 +6,7 @@
 #include "formats/ptet/record_runs.hpp"
 #include "formats/ptet/seed_choice.hpp"
 #include "formats/ptet/slot_match.hpp"
+#include "formats/ptet/transcript.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/rows.hpp"
 
@@ -34,8 +35,9 @@ void check_sizes(std::uint64_t vertices, std::uint64_t tets, std::uint64_t versi
 /// Everything about a file to be written, and the steps that find it, in the order of encode().
 class Encoding {
 public:
-  Encoding(const TetMesh& mesh, const RecordStream& records, const ProgressCallback& progress, const GivenIds* given)
-      : mesh_(mesh), records_(records), progress_(progress), given_(given) {}
+  Encoding(TetMesh mesh, RecordStream records, const ProgressCallback& progress, const GivenIds* given)
+      : mesh_(std::move(mesh)), records_(std::move(records)), progress_(progress), given_(given),
+        vertex_count_(mesh_.vertex_count()) {}
 
   void check_input() const;
   void order();
@@ -59,10 +61,11 @@ private:
   [[nodiscard]] std::vector<double> squared_sums(const BlockInfo& info) const;
   void note_others(OtherParents& others, RecordId r) const;
 
-  const TetMesh& mesh_;
-  const RecordStream& records_;
+  TetMesh mesh_;         ///< until order()
+  RecordStream records_; ///< the stars and slots until transcribe()
   const ProgressCallback& progress_;
   const GivenIds* const given_; ///< where the order of the input is kept
+  const std::size_t vertex_count_;
 
   StreamParents parents_;
   FileOrder order_;
@@ -103,9 +106,14 @@ void Encoding::order() {
     file_record_[order_.stream_record[r]] = r;
   for (std::uint32_t b = 0; b < order_.blocks.size(); ++b)
     block_of_.insert(block_of_.end(), order_.blocks[b].record_count, b);
-  positions_ = gather(mesh_.positions, order_.mesh_vertex);
-  for (const PointArray& array : mesh_.point_arrays)
-    arrays_.push_back(gather(array, order_.mesh_vertex));
+  const auto take = [&](PointArray& array) {
+    PointArray in_file = gather(array, order_.mesh_vertex);
+    array = {};
+    return in_file;
+  };
+  positions_ = take(mesh_.positions);
+  for (PointArray& array : mesh_.point_arrays)
+    arrays_.push_back(take(array));
 }
 
 void Encoding::describe() {
@@ -114,23 +122,23 @@ void Encoding::describe() {
   header.record_count = static_cast<std::uint32_t>(record_count());
   header.tet_count = records_.original_tet_count;
   header.block_count = static_cast<std::uint32_t>(order_.blocks.size());
-  header.position_type = mesh_.positions.type;
+  header.position_type = positions_.type;
   header.diagonal = records_.diagonal;
   header.volume = records_.volume;
   header.has_squared_errors = records_.has_squared_errors();
-  std::vector<char> used(mesh_.vertex_count());
+  std::vector<char> used(vertex_count_); // by file vertex
   for (const VertexId v : records_.removed)
-    used[v.index()] = 1;
+    used[order_.file_vertex[v.index()].index()] = 1;
   for (const Tet& tet : records_.slots)
     for (const VertexId v : tet)
-      if (v != kDummyVertex) used[v.index()] = 1;
+      if (v != kDummyVertex) used[order_.file_vertex[v.index()].index()] = 1;
   bool any = false;
-  for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+  for (std::uint32_t v = 0; v < used.size(); ++v) {
     if (used[v] == 0) continue;
-    const Point at = mesh_.position(VertexId{v});
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      header.box_min[axis] = any ? std::min(header.box_min[axis], at[axis]) : at[axis];
-      header.box_max[axis] = any ? std::max(header.box_max[axis], at[axis]) : at[axis];
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const double at = positions_.value(v, axis);
+      header.box_min[axis] = any ? std::min(header.box_min[axis], at) : at;
+      header.box_max[axis] = any ? std::max(header.box_max[axis], at) : at;
     }
     any = true;
   }
@@ -238,7 +246,7 @@ void Encoding::number_squared_errors() {
 void Encoding::number_order() {
   order_code_.resize(record_count());
   for (std::size_t i = 0; i < record_count(); ++i)
-    order_code_[file_record_[i]] = encode_order(mesh_.vertex_count(), mesh_.vertex_count() - i);
+    order_code_[file_record_[i]] = encode_order(vertex_count_, vertex_count_ - i);
 }
 
 void Encoding::make_base() {
@@ -321,7 +329,15 @@ void Encoding::find_needs() {
 /// thing there is.
 Content Encoding::full_content() {
   Refinement refinement(base_tets_, order_.base_vertex_count, static_cast<std::uint32_t>(record_count()));
-  refinement.reserve(records_.slot_count());
+  Refinement::Sizes sizes;
+  sizes.places = records_.slot_count();
+  for (std::size_t i = 0; i < record_count(); ++i) {
+    sizes.modified += records_.modified_count[i];
+    sizes.link_vertices += (records_.star(i).size() + 2) / 2; // of a disk
+    sizes.parents += parents_.of(i).size() + records_.others_needed(i).size();
+  }
+  parents_ = StreamParents(); // what it held takes memory
+  refinement.reserve(sizes);
   return {std::move(refinement),           std::move(positions_),    std::move(arrays_),
           schema_->code_count(),           std::move(own_),          std::move(monotone_),
           std::move(order_code_),          std::move(squared_code_), std::move(order_.generation),
@@ -358,17 +374,42 @@ private:
   Transcript& transcript_;
 };
 
+/// Those of blocks that are over, until they are so many that memory wants them packed.
+class UnpackedTranscripts {
+public:
+  explicit UnpackedTranscripts(std::span<Transcript> transcripts) : transcripts_(transcripts) {}
+  void add(std::uint32_t block) {
+    over_.push_back(block);
+    bytes_ += transcripts_[block].bytes();
+  }
+  void pack_many() {
+    if (bytes_ < kMostBytes) return;
+    oneapi::tbb::parallel_for(std::size_t{0}, over_.size(), [&](std::size_t i) { transcripts_[over_[i]].pack(); });
+    over_.clear();
+    bytes_ = 0;
+  }
+
+private:
+  /// Some millions of tets stay below it: packing takes 4% of the time of a build by quadrics alone.
+  static constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+
+  std::span<Transcript> transcripts_;
+  std::vector<std::uint32_t> over_;
+  std::size_t bytes_ = 0;
+};
+
 void Encoding::transcribe() {
   Content content = full_content();
   SlotMatch match(records_, order_, content.refinement);
-  parents_ = StreamParents(); // what it held takes memory
-  SeedChoice choice(records_, order_, *schema_, infos_, block_of_, match);
-  RecordCodec codec(*schema_, infos_, mesh_.vertex_count());
+  FileStars stars(records_, order_);
+  SeedChoice choice(records_, order_, *schema_, infos_, block_of_, match, stars);
+  RecordCodec codec(*schema_, infos_, vertex_count_);
   std::vector<Probability> of_seeds(schema_->seed_contexts());
   transcripts_.resize(infos_.size());
   std::vector<BlockState> states;
   for (std::uint32_t b = 0; b < infos_.size(); ++b)
     states.emplace_back(b, infos_[b].needs.size(), schema_->code_count());
+  UnpackedTranscripts unpacked(transcripts_);
   std::size_t done = 0;
   std::vector<std::uint32_t> together;
   for (const std::vector<Run>& group : groups_of_runs(content.generation, infos_)) {
@@ -381,8 +422,7 @@ void Encoding::transcribe() {
       if (done % 4096 == 0) report(progress_, "writing records", done, record_count());
       const RecordId r{together[i]};
       BlockState& state = states[block_of_[r.index()]];
-      const std::uint32_t record = order_.stream_record[r.index()];
-      const auto modified = records_.modified(record);
+      const auto modified = stars.modified(r);
       const auto in_region = [&](std::uint32_t behind) {
         return std::find(modified.begin(), modified.end(), match.slot_of(behind)) != modified.end();
       };
@@ -391,7 +431,14 @@ void Encoding::transcribe() {
                  others_[state.block].of(r));
       codec.extend_by_star(infos_[state.block].box_min, infos_[state.block].box_max);
     }
-    match.add_rims(content.refinement, together);
+    match.add_rims(content.refinement, stars, together);
+    for (const Run& run : group) {
+      const BlockInfo& block = infos_[run.open_block];
+      if (run.last_record + 1 != block.first_record + block.record_count) continue;
+      stars.forget(run.open_block);
+      unpacked.add(run.open_block);
+    }
+    unpacked.pack_many();
   }
   take_back(content);
 }
@@ -494,9 +541,9 @@ void check_storable(const TetMesh& mesh) {
                                          " components; 1 to 1024 can be stored");
 }
 
-std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+std::vector<std::byte> encode(TetMesh mesh, RecordStream records, const Manifest& manifest,
                               const ProgressCallback& progress, const GivenIds* given) {
-  Encoding encoding(mesh, records, progress, given);
+  Encoding encoding(std::move(mesh), std::move(records), progress, given);
   encoding.check_input();
   encoding.order();
   encoding.describe();
@@ -511,11 +558,11 @@ std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, 
   return encoding.assemble(manifest);
 }
 
-std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+std::uint64_t write(const std::string& path, TetMesh mesh, RecordStream records, const Manifest& manifest,
                     const ProgressCallback& progress, const GivenIds* given) {
   // The file is made first: that it cannot be written should not be learnt at the end of a long encoding.
   WholeFile file(path);
-  const auto bytes = encode(mesh, records, manifest, progress, given);
+  const auto bytes = encode(std::move(mesh), std::move(records), manifest, progress, given);
   constexpr std::size_t kPart = std::size_t{1} << 22;
   for (std::size_t begin = 0; begin < bytes.size(); begin += kPart) {
     report(progress, "writing the file", begin, bytes.size());

@@ -15,16 +15,17 @@ namespace ptet::file {
 /// one. write() and encode() throw the same; this says it before a build.
 void check_storable(const TetMesh& mesh);
 
-/// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records to
+/// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records, of
+/// both of which memory is given back as it is written, to
 /// `path`, through a temporary file in the same folder, synced and renamed. Returns the size of the file in bytes.
 /// Unused vertices are kept as base vertices without tets. `given`: the input's ids, where its order is to be kept;
 /// null: it is not. Throws Error: kIo (message names the path and the system's reason), kLimit, kCancelled. Nothing is
 /// left behind.
-std::uint64_t write(const std::string& path, const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+std::uint64_t write(const std::string& path, TetMesh mesh, RecordStream records, const Manifest& manifest,
                     const ProgressCallback& progress = {}, const GivenIds* given = nullptr);
 
 /// The same bytes, in memory.
-[[nodiscard]] std::vector<std::byte> encode(const TetMesh& mesh, const RecordStream& records, const Manifest& manifest,
+[[nodiscard]] std::vector<std::byte> encode(TetMesh mesh, RecordStream records, const Manifest& manifest,
                                             const ProgressCallback& progress = {}, const GivenIds* given = nullptr);
 
 } // namespace ptet::file

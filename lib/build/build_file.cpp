@@ -85,16 +85,17 @@ const file::GivenIds* given_ids(const Built& built) {
   return built.given ? &*built.given : nullptr;
 }
 
-std::uint64_t write_file(const std::string& path, const Built& built, const BuildOptions& options,
+std::uint64_t write_file(const std::string& path, Built built, const BuildOptions& options,
                          const ProgressCallback& progress) {
   return build::Threads(options.threads).run([&] {
-    return file::write(path, built.mesh, built.records, built.manifest, progress, given_ids(built));
+    return file::write(path, std::move(built.mesh), std::move(built.records), built.manifest, progress,
+                       given_ids(built));
   });
 }
 
-Bytes encode(const Built& built, const BuildOptions& options, const ProgressCallback& progress) {
+Bytes encode(Built built, const BuildOptions& options, const ProgressCallback& progress) {
   return build::Threads(options.threads).run([&] {
-    return file::encode(built.mesh, built.records, built.manifest, progress, given_ids(built));
+    return file::encode(std::move(built.mesh), std::move(built.records), built.manifest, progress, given_ids(built));
   });
 }
 
@@ -179,8 +180,8 @@ BuildReport PiecesBuild::write(const std::string& path, std::vector<Bytes> decid
                                const std::string& source_hash, const ProgressCallback& progress) {
   const Stopwatch time;
   BuildReport report;
-  const Built built = impl_->finish(std::move(decided), source_name, source_hash, report, progress);
-  report.file_bytes = write_file(path, built, impl_->options, progress);
+  Built built = impl_->finish(std::move(decided), source_name, source_hash, report, progress);
+  report.file_bytes = write_file(path, std::move(built), impl_->options, progress);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
   return report;
@@ -193,8 +194,8 @@ std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, Bui
   BuildReport own_report;
   BuildReport& filled = report != nullptr ? *report : own_report;
   filled = {};
-  const Built built = impl_->finish(std::move(decided), source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = encode(built, impl_->options, progress);
+  Built built = impl_->finish(std::move(decided), source_name, source_hash, filled, progress);
+  std::vector<std::byte> bytes = encode(std::move(built), impl_->options, progress);
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
   filled.peak_memory_bytes = build::peak_resident_bytes();
@@ -216,9 +217,9 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
     return report;
   }
   const Stopwatch time;
-  const Built built =
+  Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
-  report.file_bytes = write_file(path, built, options, progress);
+  report.file_bytes = write_file(path, std::move(built), options, progress);
   if (!checkpoint.empty()) std::filesystem::remove(checkpoint);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
@@ -237,9 +238,9 @@ std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options, B
           return pieces.write_memory(std::move(decided), &filled, source_name, source_hash, progress);
         });
   const Stopwatch time;
-  const Built built =
+  Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, filled, progress);
-  std::vector<std::byte> bytes = encode(built, options, progress);
+  std::vector<std::byte> bytes = encode(std::move(built), options, progress);
   filled.file_bytes = bytes.size();
   filled.total_seconds = time.seconds();
   filled.peak_memory_bytes = build::peak_resident_bytes();

@@ -33,8 +33,8 @@ double seconds_of(F&& f) {
 class Builder {
 public:
   /// `whole`: the mesh that this is a part of, with `samples` in the part; null: this is all of it.
-  Builder(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
-          const ProgressCallback& progress, const MeshScales* whole = nullptr, FieldSamples samples = {})
+  Builder(PreparedMesh& prepared, const BuildOptions& options, BuildReport& report, const ProgressCallback& progress,
+          const MeshScales* whole = nullptr, FieldSamples samples = {})
       : prepared_(prepared), options_(options), report_(report), progress_(progress), threads_(options.threads),
         checkpoints_(options.checkpoint),
         fields_(prepared, options.fields, whole != nullptr ? &whole->field_range : nullptr) {
@@ -44,6 +44,9 @@ public:
       rounds_.emplace(*collapser_, options, round_state_, report);
     });
     report.min_quality = min_quality_of(options, prepared);
+    if (checkpoints_.enabled())
+      identity_ = identity_of(prepared.mesh, describe_options(options, prepared, fields_.fields()));
+    prepared.mesh.tets = std::vector<Tet>(); // the complex has them, and {} would keep their memory
     report.collapses[static_cast<std::size_t>(CollapseStatus::kFrozenVertex)] =
         prepared.used_vertex_count - collapser_->candidates().movable_count();
   }
@@ -63,8 +66,6 @@ public:
 
 private:
   void build(const Decisions* decided) {
-    if (checkpoints_.enabled())
-      identity_ = identity_of(prepared_.mesh, describe_options(options_, prepared_, fields_.fields()));
     if (options_.checkpoint.resume) report_.resume_seconds = seconds_of([&] { threads_.run([&] { resume(); }); });
     if (decided != nullptr)
       report_.follow_seconds = seconds_of([&] { threads_.run([&] { follow_pieces(*decided); }); });
@@ -99,6 +100,8 @@ private:
     collapser_->end_records();
     collapser_.reset();
     release_freed_memory();
+    prepared_.mesh.tets = records_.original();
+    prepared_.mesh.tets.resize(records_.original_tet_count); // less the ghosts
   }
 
   // ---- progress ----
@@ -171,7 +174,7 @@ private:
     if (!collapsed_) archive&* rounds_;
   }
 
-  const PreparedMesh& prepared_;
+  PreparedMesh& prepared_;
   const BuildOptions& options_;
   BuildReport& report_;
   const ProgressCallback& progress_;
@@ -191,14 +194,14 @@ private:
 
 } // namespace
 
-RecordStream build_records(const PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
+RecordStream build_records(PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
                            const ProgressCallback& progress, const Decisions* decided) {
   check_options(options);
   report.pieces = decided != nullptr ? options.pieces : 1;
   return Builder(prepared, options, report, progress).run(decided);
 }
 
-RecordStream collapse_part(const PreparedMesh& part, const BuildOptions& options, const MeshScales& whole,
+RecordStream collapse_part(PreparedMesh& part, const BuildOptions& options, const MeshScales& whole,
                            FieldSamples samples, BuildReport& report, const ProgressCallback& progress) {
   return Builder(part, options, report, progress, &whole, std::move(samples)).collapse();
 }

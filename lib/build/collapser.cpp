@@ -68,9 +68,18 @@ void Collapser::begin_records() {
   records_.original_tet_count = static_cast<std::uint32_t>(prepared_.mesh.tets.size());
   records_.original_ghost_count = static_cast<std::uint32_t>(prepared_.boundary_faces.size());
   version_count_ = complex_.slot_count();
-  // A star has some 22 slots; where there is room for all of them at first, the list is never there twice. What is not
-  // used takes no memory.
-  reserve_large(records_.stars, std::size_t{26} * alive_count());
+  // Where there is room for all at first, lists are never there twice. What is not used takes no memory. A star has
+  // some 22 slots.
+  const std::size_t most = alive_count() - std::min(alive_count(), target_count_);
+  reserve_large(records_.stars, 26 * most);
+  reserve_large(records_.removed, most);
+  reserve_large(records_.target, most);
+  reserve_large(records_.round, most);
+  reserve_large(records_.modified_count, most);
+  reserve_large(records_.star_begin, most + 1);
+  reserve_large(records_.also_needs_begin, most + 1);
+  reserve_large(records_.domain_error, most);
+  reserve_large(records_.field_error, most * fields_.field_count());
   for (SlotId s = 0; s < complex_.slot_count(); ++s)
     if (Slot& slot = complex_.slot(s); !complex_.is_ghost(slot))
       slot.quality = static_cast<float>(shape_quality(prepared_.points[slot.v[0]], prepared_.points[slot.v[1]],
@@ -78,6 +87,7 @@ void Collapser::begin_records() {
 }
 
 void Collapser::end_records() {
+  complex_.forget_stars();
   reserve_large(records_.slots, complex_.slot_count());
   for (SlotId s = 0; s < complex_.slot_count(); ++s)
     records_.slots.push_back(complex_.tet_of(complex_.slot(s)));

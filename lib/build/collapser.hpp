@@ -77,7 +77,7 @@ public:
   /// Makes a collapse that was accepted before: nothing is asked that only refuses, and its field errors are left for
   /// the caller to record. False when it cannot be.
   [[nodiscard]] bool collapse_again(Vertex vs, Vertex vd, std::uint32_t round);
-  /// Puts down what only the last of the collapses leaves known: RecordStream::slots.
+  /// Puts down what only the last of the collapses leaves known, RecordStream::slots. Nothing may follow.
   void end_records();
 
 private:

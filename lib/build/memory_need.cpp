@@ -15,9 +15,10 @@ namespace {
 // What builds have come to, at most, of 0.2 to 10 million tets, cubes, balls and given meshes.
 constexpr double kModified = 18.5;      ///< tets and boundary faces that a collapse changes
 constexpr double kConsumed = 25;        ///< and takes from the star
-constexpr double kPoolGrowth = 2.5;     ///< of the stars' pool, and its old copy while it grows
-constexpr double kListGrowth = 1.5;     ///< of lists that grow with the records, likewise
+constexpr double kPoolGrowth = 1.5;     ///< of the stars' pool
+constexpr double kListGrowth = 1.5;     ///< of lists that grow with the records, and their old copies while they grow
 constexpr double kParents = 14;         ///< records that a record needs
+constexpr double kLink = 13.5;          ///< vertices of its link
 constexpr double kSurfaceSampled = 420; ///< a boundary face in the half-edge surface and its index
 constexpr double kSurfaceBound = 1100;  ///< and with the pieces that it stands for
 /// What allocation adds.
@@ -103,43 +104,50 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
              faces = static_cast<double>(counts.boundary_faces), row = static_cast<double>(counts.row_bytes),
              fields = static_cast<double>(counts.fields), channels = static_cast<double>(counts.channels);
   const double slots = tets + faces, records = records_of(counts, options);
-  const double versions = slots + kModified * records, consumed = kConsumed * records;
+  const double modified = kModified * records, consumed = kConsumed * records;
   const bool is_exact = options.evaluation == Evaluation::kExact;
   const unsigned threads = threads_of(options);
-  const double given = options.keep_order ? 16 * tets + 4 * vertices : 0;
-  const double mesh = 16 * tets + row * vertices + given;
+  const double rows = row * vertices, given = options.keep_order ? 16 * tets + 4 * vertices : 0;
 
   MemoryNeed need;
-  // A copy of the tets, the table of faces with what is sorted for it, marks; positions as doubles.
-  need.prepare = whole(mesh + (16 + 5 + 16 + 48) * tets + (24 + 40) * vertices + 120 * faces);
+  // The mesh given, a copy of the tets, the table of faces with what is sorted for it, marks; positions as doubles.
+  need.prepare = whole(16 * tets + rows + given + (16 + 5 + 16 + 48) * tets + (24 + 40) * vertices + 120 * faces);
 
-  const double prepared = mesh + (24 + 5 + 16 * channels) * vertices + 12 * faces;
-  const double stream =
-      16 * versions +
-      kListGrowth * (4 * consumed + (50 + 8 * fields * (is_exact ? 3 : 1) + (is_exact ? 8 : 0)) * records);
-  const double complex = 32 * slots + (12 + 24) * vertices + kPoolGrowth * (16 * tets + 12 * faces) +
+  const double prepared = rows + given + (24 + 5 + 16 * channels) * vertices + 12 * faces;
+  const double of_records = (46 + 8 * fields + (is_exact ? kListGrowth * 8 * (2 * fields + 1) : 0)) * records;
+  const double stream = 4 * consumed + of_records;
+  const double complex = 32 * slots + (12 + 4) * vertices + kPoolGrowth * (16 * tets + 12 * faces) +
                          (is_exact ? kSurfaceBound : kSurfaceSampled) * faces;
   const double quadrics = (12 + 112 * channels) * vertices + 100 * faces;
-  const double candidates = (44 + 10) * vertices + threads * 4 * vertices;
+  const double candidates = 80 * vertices + threads * 4 * vertices;
   const double samples = options.evaluation == Evaluation::kSamples ? (24 + 8 + 9 + 8 * channels) * tets : 0;
   const double measuring = is_exact ? exact_bytes(vertices, tets, faces, threads) : 0;
   const double integrals = options.prediction == Prediction::kExact ? 8 * (fields + 1) * (slots + vertices) : 0;
-  const double afterwards = 4 * versions + (4 * kParents + 40) * records + 60 * faces; // finding crossing cuts
-  const double looping = quadrics + candidates + samples + integrals + (measures_in_loop(options) ? measuring : 0);
-  need.collapse = whole(prepared + stream + complex + 9 * vertices +
-                        std::max({looping, quadrics + measuring + 4 * versions, quadrics + afterwards}));
+  const double looping = prepared + complex + stream + 9 * vertices + quadrics + candidates + samples + integrals +
+                         (measures_in_loop(options) ? measuring : 0);
+  // The complex is gone. What the slots hold in the end and at first; parents and faces, where crossing cuts are looked
+  // for; who consumed what, where errors are measured then.
+  const double parents = (4 * kParents + 8) * records + 4 * slots;
+  const double afterwards = prepared + 16 * tets + stream + 2 * 16 * slots +
+                            std::max(parents + 200 * faces, measuring + 4 * (modified + slots));
+  need.collapse = whole(std::max(looping, afterwards));
 
-  // Consumers, numbers of versions both ways; the refinement: versions, states, places, parents, rims.
-  const double refinement = (16 + 4) * versions + 24 * slots +
-                            kListGrowth * (4 * kModified + 5 * kParents + 4 * (kConsumed - kModified)) * records +
-                            50 * records;
-  const double per_record = 24 + 60 + 4 * (fields + 1) + (is_exact ? 12 * (fields + 1) : 0);
+  // Records in their order, what they reach, cells.
+  const double order = 2 * rows + stream + 16 * slots + given + parents + 150 * records;
+  // Places of slots both ways; the refinement: what stands in them, places and triangles of splits, parents, links.
+  const double refinement = 8 * slots + 36 * slots + (4 + 2) * modified + (5 * kParents + 4 * kLink + 32) * records;
+  const double per_record = 52 + 4 * (fields + 1) + (is_exact ? 12 * (fields + 1) : 0);
+  // As the stars of blocks are let go, what their coding was told grows.
+  const double stars = 4 * modified + 12 * (consumed - modified) + 20 * records;
+  const double told = 2 * (75 + 2.8 * row) * records;
+  constexpr double kTold = 256e6 * 1.05, kPacked = 1 / 2.2;
+  const double coding = rows + of_records + given + refinement + per_record * records + 24 * vertices +
+                        1.1 * std::max(stars, told < kTold ? told : kTold + kPacked * (told - kTold));
   // Sorted, numbered, as bytes and as a zstd frame with what level 19 works in.
   const double raw_order = 5 * tets + 4 * vertices;
   const double input_order =
       options.keep_order ? (16 + 8) * tets + 8 * vertices + 3 * raw_order + std::min(90e6, 24 * raw_order) : 0;
-  need.write = whole(row * vertices * 2 + stream + (4 + 8) * versions + given +
-                     std::max(refinement + per_record * records, input_order));
+  need.write = whole(std::max({order, coding, rows + of_records + given + per_record * records + input_order}));
   return need;
 }
 

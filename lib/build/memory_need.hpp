@@ -1,9 +1,9 @@
 // How much memory a build will take, from what is known before it takes it; and the limit that it keeps to.
 //
 //   prepare     the mesh given, its copy that is examined, the table of its faces
-//   collapse    the prepared mesh, slots and stars, quadrics, candidates; the records and versions as they come;
-//               where errors are measured the original's topology, besides what each thread measures with
-//   write       the records and versions, and the refinement that is coded beside them
+//   collapse    the prepared mesh, slots and stars, quadrics, candidates; the records as they come; where errors are
+//               measured the original's topology, besides what each thread measures with
+//   write       the records, and the refinement that is coded beside them
 //
 // Each is a sum over what the phase holds, counted as the structures are laid out, with the numbers of versions and
 // star entries that builds of meshes of all kinds have come to. It is meant as an upper bound that is not far off:

@@ -112,7 +112,7 @@ std::vector<std::byte> PieceDecisions::decide(std::uint32_t index, const Progres
   OfPiece decided;
   decided.identity = identity_;
   decided.piece = index;
-  const MeshPiece piece = pieces_.piece(index, arrays_);
+  MeshPiece piece = pieces_.piece(index, arrays_);
   const double left = std::max(kLeftInPiece, target_part(prepared_, options_));
   const auto goal = static_cast<std::uint32_t>(std::floor(std::max(0.0, 1 - left) * piece.movable_count));
   if (goal > 0) {

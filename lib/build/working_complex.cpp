@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace ptet::build {
 
@@ -52,20 +53,41 @@ void WorkingComplex::collapse(Vertex vs, Vertex vd, std::span<const SlotId> dele
   Star& to = stars_[vd];
   const auto new_size = static_cast<std::uint32_t>(to.size + modified.size());
   if (new_size > to.capacity) {
-    Star moved;
-    if (from.capacity >= new_size) {
-      // `modified` may be a view of a caller's list, but not of this chunk: it is a copy of the star's parts.
-      moved = {from.begin, to.size, from.capacity};
-    } else {
-      moved = {static_cast<std::uint32_t>(pool_.size()), to.size, new_size + new_size / 2};
-      pool_.resize(pool_.size() + moved.capacity);
-    }
+    // `modified` may be a view of a caller's list, but not of this chunk: it is a copy of the star's parts.
+    const Star moved = from.capacity >= new_size ? std::exchange(from, {}) : take_chunk(new_size);
     std::copy_n(pool_.begin() + to.begin, to.size, pool_.begin() + moved.begin);
-    to = moved;
+    free_chunk(to);
+    to = {moved.begin, to.size, moved.capacity};
   }
   std::copy(modified.begin(), modified.end(), pool_.begin() + to.begin + to.size);
   to.size = new_size;
+  free_chunk(from);
   from = {};
+}
+
+/// Room for a star of `size` slots, and some more.
+WorkingComplex::Star WorkingComplex::take_chunk(std::uint32_t size) {
+  const std::uint32_t most = size + size / 2;
+  for (std::uint32_t capacity = size; capacity <= most && capacity < free_.size(); ++capacity) {
+    std::vector<std::uint32_t>& chunks = free_[capacity];
+    if (chunks.empty()) continue;
+    const std::uint32_t begin = chunks.back();
+    chunks.pop_back();
+    return {begin, 0, capacity};
+  }
+  const auto begin = static_cast<std::uint32_t>(pool_.size());
+  pool_.resize(pool_.size() + most);
+  return {begin, 0, most};
+}
+
+void WorkingComplex::free_chunk(const Star& star) {
+  if (star.capacity > 0 && star.capacity < free_.size()) free_[star.capacity].push_back(star.begin);
+}
+
+void WorkingComplex::forget_stars() {
+  LargeVector<Star>().swap(stars_);
+  LargeVector<SlotId>().swap(pool_);
+  free_ = {};
 }
 
 std::string WorkingComplex::validate() const {

@@ -6,7 +6,8 @@
 //
 //             stars_[v] = { begin, size, capacity }  ->  pool_[begin .. begin+size)
 //
-//           kept exact by every collapse, so that no list ever holds a dead slot.
+//           kept exact by every collapse, so that no list ever holds a dead slot. Where a star stood that is gone, or
+//           has become too large for its place, another may stand.
 //
 // Vertices are plain row numbers here; the dummy vertex is the row behind the last one, so that mark arrays may be
 // indexed with it.
@@ -73,6 +74,9 @@ public:
   /// The caller has checked that this is allowed.
   void collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified);
 
+  /// Gives the memory of the stars back: what slots hold is all that may be asked from now on.
+  void forget_stars();
+
   /// Explains the first broken invariant; empty when all hold. O(slots).
   [[nodiscard]] std::string validate() const;
 
@@ -84,11 +88,15 @@ private:
   };
 
   void remove_from_star(Vertex v, SlotId s);
+  [[nodiscard]] Star take_chunk(std::uint32_t size);
+  void free_chunk(const Star& star);
 
   Vertex dummy_;
   LargeVector<Slot> slots_;
   LargeVector<Star> stars_;
   LargeVector<SlotId> pool_;
+  /// By capacity, where chunks begin that hold no star; larger ones are not used again.
+  std::array<std::vector<std::uint32_t>, 256> free_;
 };
 
 } // namespace ptet::build

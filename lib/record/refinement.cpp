@@ -100,6 +100,15 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
   rim_vertex_count_.resize(record_count);
 }
 
+void Refinement::reserve(const Sizes& sizes) {
+  live_.reserve(sizes.places);
+  modified_.reserve(sizes.modified);
+  triangles_.reserve(sizes.modified);
+  rim_vertices_.reserve(sizes.link_vertices);
+  parents_.reserve(sizes.parents);
+  parent_kinds_.reserve(sizes.parents);
+}
+
 void Refinement::close_boundary() {
   live_.resize(base_tets_.size());
   std::vector<Tet> ghosts;

@@ -80,8 +80,12 @@ public:
   /// tets with the same vertices; Error(kLimit) when the counts do not fit 32-bit ids.
   Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count);
 
-  /// Makes room for so many places at the end, so that their list need not grow, which takes twice the memory.
-  void reserve(std::size_t place_count) { live_.reserve(place_count); }
+  /// What there will be in the end, as far as it is known.
+  struct Sizes {
+    std::size_t places = 0, modified = 0, link_vertices = 0, parents = 0; ///< of all records together
+  };
+  /// Makes room, so that the lists need not grow, which takes twice the memory.
+  void reserve(const Sizes& sizes);
 
   [[nodiscard]] std::uint32_t base_vertex_count() const { return base_vertex_count_; }
   [[nodiscard]] std::uint32_t record_count() const { return static_cast<std::uint32_t>(target_.size()); }

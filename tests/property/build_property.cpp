@@ -198,7 +198,7 @@ TEST_CASE("plates get coarser however thin they are", "[build]") {
 }
 
 TEST_CASE("progress only grows, and cancelling throws", "[build]") {
-  const PreparedMesh prepared = prepare(test::grid({{5, 5, 5}, {}, 2, 2}));
+  PreparedMesh prepared = prepare(test::grid({{5, 5, 5}, {}, 2, 2}));
   BuildReport report;
   std::uint64_t last = 0;
   std::uint64_t collapsed = 0;
@@ -228,7 +228,7 @@ TEST_CASE("progress only grows, and cancelling throws", "[build]") {
 }
 
 TEST_CASE("options out of range are refused by name", "[build]") {
-  const PreparedMesh prepared = prepare(test::grid({{2, 2, 2}, {}, 2, 2}));
+  PreparedMesh prepared = prepare(test::grid({{2, 2, 2}, {}, 2, 2}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refused = [&](const std::function<void(BuildOptions&)>& spoil) {
     BuildOptions options;

@@ -89,56 +89,58 @@ void for_each_near_pair(std::vector<Bounded> faces, Visit&& visit) {
     }
 }
 
-/// By version: the record that consumed it, or CutMesh::kOriginal.
-std::vector<std::size_t> consumers(const RecordStream& records) {
-  const test::Versions all(records);
-  std::vector<std::size_t> consumer(all.tets.size(), test::CutMesh::kOriginal);
-  for (std::size_t r = 0; r < records.size(); ++r)
-    for (const VersionId t : all.consumed(r))
-      consumer[t.index()] = r;
-  return consumer;
-}
+/// All the boundary faces there ever were, as versions, and all versions.
+struct History {
+  History(const RecordStream& records, const std::vector<Point>& at)
+      : all(records), maker(test::makers(records)), consumer(all.tets.size(), test::CutMesh::kOriginal),
+        faces(faces_of(all.tets, at)), points(at) {
+    for (std::size_t r = 0; r < records.size(); ++r)
+      for (const VersionId t : all.consumed(r))
+        consumer[t.index()] = r;
+  }
+  test::Versions all;
+  std::vector<std::size_t> maker, consumer; ///< by version: a record, or CutMesh::kOriginal
+  std::vector<Bounded> faces;
+  const std::vector<Point>& points;
+};
 
 /// Calls `visit` for the ghosts, as versions, of each pair of boundary faces of the cut that meet elsewhere than in
 /// common vertices and edges.
 template <class Visit>
-void for_each_crossing(const RecordStream& records, const std::vector<Point>& points, const std::vector<char>& is_split,
-                       Visit&& visit) {
-  const std::vector<std::size_t> maker = test::makers(records), consumer = consumers(records);
+void for_each_crossing(const History& history, const std::vector<char>& is_split, Visit&& visit) {
   const auto is_there = [&](const Bounded& face) {
-    const std::size_t by = maker[face.version], to = consumer[face.version];
+    const std::size_t by = history.maker[face.version], to = history.consumer[face.version];
     return (by == test::CutMesh::kOriginal || is_split[by] == 0) &&
            (to == test::CutMesh::kOriginal || is_split[to] != 0);
   };
-  std::vector<Bounded> faces = faces_of(test::Versions(records).tets, points);
+  std::vector<Bounded> faces = history.faces;
   std::erase_if(faces, [&](const Bounded& face) { return !is_there(face); });
   for_each_near_pair(std::move(faces), [&](const Bounded& a, const Bounded& b) {
-    if (faces_meet_improperly(a.face, b.face, points)) visit(a.version, b.version);
+    if (faces_meet_improperly(a.face, b.face, history.points)) visit(a.version, b.version);
   });
 }
 
-std::size_t crossings(const RecordStream& records, const std::vector<Point>& points,
-                      const std::vector<char>& is_split) {
+std::size_t crossings(const History& history, const std::vector<char>& is_split) {
   std::size_t count = 0;
-  for_each_crossing(records, points, is_split, [&](std::size_t, std::size_t) { ++count; });
+  for_each_crossing(history, is_split, [&](std::size_t, std::size_t) { ++count; });
   return count;
 }
 
 /// By version: which curves it is of where the original's boundary crosses itself, itself or by what it stands for.
-std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records, const std::vector<Point>& points) {
-  const test::Versions versions(records);
+std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records, const History& history) {
+  const test::Versions& versions = history.all;
   std::vector<std::size_t> curve(versions.tets.size()); // its smallest face, in the end
   std::iota(curve.begin(), curve.end(), std::size_t{0});
   std::vector<std::set<std::size_t>> curves(versions.tets.size());
   const std::vector<char> all(records.size(), 1);
   for (bool changed = true; changed;) {
     changed = false;
-    for_each_crossing(records, points, all, [&](std::size_t f, std::size_t g) {
+    for_each_crossing(history, all, [&](std::size_t f, std::size_t g) {
       changed |= curve[f] != curve[g];
       curve[f] = curve[g] = std::min(curve[f], curve[g]);
     });
   }
-  for_each_crossing(records, points, all, [&](std::size_t f, std::size_t g) {
+  for_each_crossing(history, all, [&](std::size_t f, std::size_t g) {
     curves[f] = {curve[f]};
     curves[g] = {curve[g]};
   });
@@ -153,10 +155,8 @@ std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records,
 }
 
 /// Pairs of all the boundary faces there ever were that meet improperly and that some closed cut holds both of.
-std::size_t pairs_in_one_cut(const RecordStream& records, const std::vector<Point>& points) {
-  const std::vector<std::size_t> consumer = consumers(records);
-  const std::vector<std::size_t> maker = test::makers(records);
-  const std::vector<Bounded> faces = faces_of(test::Versions(records).tets, points);
+std::size_t pairs_in_one_cut(const RecordStream& records, const History& history) {
+  const auto& [all, maker, consumer, faces, points] = history;
   std::vector<std::pair<std::size_t, std::size_t>> apart; // consumer of the one before the maker of the other
   std::size_t together = 0;
   for_each_near_pair(faces, [&](const Bounded& a, const Bounded& b) {
@@ -219,17 +219,18 @@ struct Tally {
 
 Tally try_cuts(const Built& built, int cuts, std::mt19937& random) {
   const RecordStream bare = without_dependencies(built.records);
+  const History history(bare, built.prepared.points);
   Tally tally;
   for (int i = 0; i < cuts; ++i) {
     const std::vector<char> wanted = i % 4 == 3 ? scattered(built, random) : checkerboard(built, random);
     std::vector<char> is_split = wanted;
     test::close_cut(built.records, is_split);
-    tally.crossings += crossings(built.records, built.prepared.points, is_split);
+    tally.crossings += crossings(history, is_split);
     ++tally.cuts;
     std::vector<char> bare_split = wanted;
     test::close_cut(bare, bare_split);
     if (bare_split != is_split)
-      tally.cuts_crossed_without += static_cast<std::size_t>(crossings(bare, built.prepared.points, bare_split) > 0);
+      tally.cuts_crossed_without += static_cast<std::size_t>(crossings(history, bare_split) > 0);
   }
   return tally;
 }
@@ -238,8 +239,7 @@ Tally try_cuts(const Built& built, int cuts, std::mt19937& random) {
 /// and of what is needed to undo the faces made by the record it should need. Returns the dependencies looked at.
 std::size_t check_each_is_needed(const Built& built, std::size_t most) {
   const RecordStream bare = without_dependencies(built.records);
-  const std::vector<std::size_t> consumer = consumers(bare);
-  const test::Versions all(bare);
+  const History history(bare, built.prepared.points);
   std::size_t looked_at = 0;
   const std::size_t step = std::max<std::size_t>(1, built.records.also_needs.size() / most);
   std::size_t number = 0;
@@ -252,11 +252,12 @@ std::size_t check_each_is_needed(const Built& built, std::size_t most) {
       for (std::uint32_t m = 0; m < bare.modified_count[other] && crossed == 0; ++m) {
         std::vector<char> is_split(bare.size());
         is_split[r] = 1;
-        if (const std::size_t by = consumer[all.coarse_begin[other].index() + m]; by != test::CutMesh::kOriginal)
+        if (const std::size_t by = history.consumer[history.all.coarse_begin[other].index() + m];
+            by != test::CutMesh::kOriginal)
           is_split[by] = 1;
         test::close_cut(bare, is_split);
         CHECK(is_split[other] == 0);
-        crossed = crossings(bare, built.prepared.points, is_split);
+        crossed = crossings(history, is_split);
       }
       CHECK(crossed > 0);
     }
@@ -366,14 +367,15 @@ TEST_CASE("cuts of thin double sheets do not cross themselves") {
       INFO("gap " << gap << ", wave " << wave);
       const Built built = build_to_the_end(prepare(double_sheet(14, gap, wave)));
       CHECK(built.records.validate().empty());
-      REQUIRE(crossings(built.records, built.prepared.points, std::vector<char>(built.records.size(), 1)) == 0);
+      const History history(built.records, built.prepared.points);
+      REQUIRE(crossings(history, std::vector<char>(built.records.size(), 1)) == 0);
       const Tally tally = try_cuts(built, 30, random);
       CHECK(tally.crossings == 0);
       check_each_is_needed(built, 8);
-      CHECK(pairs_in_one_cut(built.records, built.prepared.points) == 0);
+      CHECK(pairs_in_one_cut(built.records, history) == 0);
       dependencies += built.records.also_needs.size();
       crossed_without += tally.cuts_crossed_without;
-      pairs_without += pairs_in_one_cut(without_dependencies(built.records), built.prepared.points);
+      pairs_without += pairs_in_one_cut(without_dependencies(built.records), history);
     }
   CHECK(dependencies > 0);
   CHECK(crossed_without > 0);
@@ -394,14 +396,15 @@ TEST_CASE("cuts cross themselves only where the input does") {
   all_forbidden.crossing_curves.clear();
   CHECK(all_forbidden.used_vertex_count - build_to_the_end(all_forbidden).records.size() > 80);
 
-  const std::vector<std::set<std::size_t>> curves = inherited_curves(built.records, built.prepared.points);
+  const History history(built.records, built.prepared.points);
+  const std::vector<std::set<std::size_t>> curves = inherited_curves(built.records, history);
   std::mt19937 random(31);
   std::size_t crossed = 0;
   for (int i = 0; i < 40; ++i) {
     std::vector<char> is_split = i % 4 == 3 ? scattered(built, random) : checkerboard(built, random);
     if (i == 0) std::fill(is_split.begin(), is_split.end(), 0);
     test::close_cut(built.records, is_split);
-    for_each_crossing(built.records, built.prepared.points, is_split, [&](std::size_t f, std::size_t g) {
+    for_each_crossing(history, is_split, [&](std::size_t f, std::size_t g) {
       ++crossed;
       std::vector<std::size_t> both;
       std::set_intersection(curves[f].begin(), curves[f].end(), curves[g].begin(), curves[g].end(),
@@ -421,6 +424,7 @@ TEST_CASE("no body comes to lie in another") {
   CHECK(built.records.validate().empty());
   const std::size_t bodies = built.prepared.mesh.tets.size() - std::size_t{6 * 12 * 12 * 3};
   CHECK(bodies > 4);
+  const History history(built.records, built.prepared.points);
   REQUIRE(tets_within_others(built, std::vector<char>(built.records.size(), 1)) == 0);
   std::mt19937 random(18);
   for (int i = 0; i < 40; ++i) {
@@ -429,13 +433,13 @@ TEST_CASE("no body comes to lie in another") {
                                               : checkerboard(built, random);
     test::close_cut(built.records, is_split);
     CHECK(tets_within_others(built, is_split) == 0);
-    CHECK(crossings(built.records, built.prepared.points, is_split) == 0);
+    CHECK(crossings(history, is_split) == 0);
   }
   CHECK(tets_within_others(built, std::vector<char>(built.records.size())) == 0);
 }
 
 TEST_CASE("dependencies and squared errors are the same on any number of threads") {
-  const PreparedMesh prepared = prepare(double_sheet(12, 1, 20));
+  PreparedMesh prepared = prepare(double_sheet(12, 1, 20));
   BuildOptions options;
   options.target_vertices = 0;
   options.max_domain_error = {1, true};
@@ -465,7 +469,7 @@ TEST_CASE("cuts of thin real parts do not cross themselves") {
     const Tally tally = try_cuts(built, 12, random);
     CHECK(tally.crossings == 0);
     check_each_is_needed(built, 4);
-    CHECK(pairs_in_one_cut(built.records, built.prepared.points) == 0);
+    CHECK(pairs_in_one_cut(built.records, History(built.records, built.prepared.points)) == 0);
   }
 }
 #else

@@ -164,7 +164,8 @@ TEST_CASE("where errors are measured, no collapse is taken before the square has
   for (const test::NamedMesh& named : test::sample_meshes(13)) {
     INFO(named.name);
     BuildReport report;
-    const RecordStream stream = build::build_records(prepare(named.mesh), options, report, {});
+    PreparedMesh prepared = prepare(named.mesh);
+    const RecordStream stream = build::build_records(prepared, options, report, {});
     REQUIRE(stream.size() > 30);
     std::size_t step = 0;
     bool any = false;

@@ -64,7 +64,7 @@ struct Built {
   BuildReport report;
 };
 
-Built built_with(const PreparedMesh& prepared, const BuildOptions& options) {
+Built built_with(PreparedMesh prepared, const BuildOptions& options) {
   Built built;
   built.stream = build::build_records(prepared, options, built.report, {});
   return built;

@@ -297,7 +297,8 @@ TEST_CASE("pieces: in a piece errors are what they are in the whole mesh", "[pie
     BuildOptions options = options_of(1, prediction, evaluation);
     const Built built(mesh, options);
     BuildReport report;
-    const RecordStream whole = build::build_records(built.prepared, options, report, {});
+    PreparedMesh prepared = built.prepared;
+    const RecordStream whole = build::build_records(prepared, options, report, {});
     const std::size_t count = built.decisions.records.removed.size();
     REQUIRE(count > 100);
     REQUIRE(count <= whole.size());

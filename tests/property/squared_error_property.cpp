@@ -73,7 +73,7 @@ TEST_CASE("the integral over any version, also one that leaves the domain") {
   int outside = 0;
   for (const test::NamedMesh& named : test::sample_meshes(5)) {
     INFO(named.name);
-    const PreparedMesh prepared = prepare(named.mesh);
+    PreparedMesh prepared = prepare(named.mesh);
     const std::vector<double> values = channels_of(prepared.mesh);
     const ExactFieldError exact(prepared, {values, 4, kFieldOf});
     ExactFieldError::Workspace workspace(exact);
@@ -111,7 +111,7 @@ TEST_CASE("the squared errors of the records that are not split add up to that o
   for (const test::NamedMesh& named : test::sample_meshes(6)) {
     if (named.name == "cube" || named.name == "l-shape" || named.name == "cavity") continue;
     INFO(named.name);
-    const PreparedMesh prepared = prepare(named.mesh);
+    PreparedMesh prepared = prepare(named.mesh);
     BuildOptions options;
     options.target_vertices = 0;
     options.max_domain_error = {1, true};

@@ -30,28 +30,28 @@ double determinant(const Point& a, const Point& b, const Point& c, const Point& 
 } // namespace
 
 CutMesh cut_mesh(const RecordStream& stream, const std::vector<char>& is_split) {
-  const std::size_t original = std::size_t{stream.original_tet_count} + stream.original_ghost_count;
-  const Versions all(stream);
-  std::vector<std::size_t> maker(all.tets.size(), CutMesh::kOriginal);
-  std::vector<char> is_there(all.tets.size(), 0);
-  std::fill_n(is_there.begin(), original, 1);
+  std::vector<Tet> tets = stream.original();
+  std::vector<std::size_t> maker(tets.size(), CutMesh::kOriginal);
+  std::vector<char> is_there(tets.size(), 1);
   CutMesh cut;
   for (std::size_t i = 0; i < stream.size(); ++i) {
     if (is_split[i]) continue;
     cut.removed.push_back(stream.removed[i]);
-    for (const VersionId t : all.consumed(i))
-      is_there[t.index()] = 0;
-    for (std::size_t m = 0; m < stream.modified_count[i]; ++m) {
-      is_there[all.coarse_begin[i].index() + m] = 1;
-      maker[all.coarse_begin[i].index() + m] = i;
+    for (std::size_t k = 0; k < stream.star(i).size(); ++k) {
+      const std::uint32_t slot = stream.star(i)[k];
+      if (k >= stream.modified_count[i]) {
+        is_there[slot] = 0;
+        continue;
+      }
+      std::replace(tets[slot].begin(), tets[slot].end(), stream.removed[i], stream.target[i]);
+      maker[slot] = i;
     }
   }
-  for (std::size_t t = 0; t < is_there.size(); ++t) {
-    if (!is_there[t]) continue;
-    const Tet& tet = all.tets[t];
-    const bool is_ghost = std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
-    (is_ghost ? cut.ghosts : cut.tets).push_back(tet);
-    (is_ghost ? cut.ghost_maker : cut.tet_maker).push_back(maker[t]);
+  for (std::size_t slot = 0; slot < is_there.size(); ++slot) {
+    if (!is_there[slot]) continue;
+    const bool is_ghost = std::find(tets[slot].begin(), tets[slot].end(), kDummyVertex) != tets[slot].end();
+    (is_ghost ? cut.ghosts : cut.tets).push_back(tets[slot]);
+    (is_ghost ? cut.ghost_maker : cut.tet_maker).push_back(maker[slot]);
   }
   return cut;
 }
@@ -63,17 +63,14 @@ std::vector<char> after_collapses(const RecordStream& stream, std::size_t count)
 }
 
 void close_cut(const RecordStream& stream, std::vector<char>& is_split) {
-  constexpr auto kNobody = static_cast<std::size_t>(-1);
-  const Versions all(stream);
-  std::vector<std::size_t> consumer(all.tets.size(), kNobody);
-  for (std::size_t i = 0; i < stream.size(); ++i)
-    for (const VersionId t : all.consumed(i))
-      consumer[t.index()] = i;
-  // Consumers come later in the stream, so one pass is enough.
+  // Who takes a slot next comes later in the stream, so one pass is enough.
+  std::vector<char> next_must(stream.slot_count());
   for (std::size_t i = 0; i < stream.size(); ++i) {
+    for (const std::uint32_t slot : stream.star(i))
+      if (next_must[slot]) is_split[i] = 1;
+    for (const std::uint32_t slot : stream.star(i))
+      next_must[slot] = is_split[i];
     if (!is_split[i]) continue;
-    for (std::size_t m = 0; m < stream.modified_count[i]; ++m)
-      if (const std::size_t next = consumer[all.coarse_begin[i].index() + m]; next != kNobody) is_split[next] = 1;
     for (const std::uint32_t next : stream.others_needed(i))
       is_split[next] = 1;
   }

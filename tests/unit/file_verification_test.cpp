@@ -476,7 +476,7 @@ TEST_CASE("verification: an inverted tet, and the record that makes it") {
 }
 
 TEST_CASE("verification: stated errors that are not true") {
-  const PreparedMesh prepared = prepare(grid({{4, 4, 4}, {}, 3, 4}));
+  PreparedMesh prepared = prepare(grid({{4, 4, 4}, {}, 3, 4}));
   BuildOptions options;
   options.fields = {"pressure", "flow"};
   options.target_vertices = 0.1;
@@ -563,7 +563,7 @@ TEST_CASE("verification: a huge value elsewhere hides no squared error") {
                   [](const Point& p) { return std::vector<double>{std::sin(0.05 * p[0]) + 1e-4 * p[1] * p[2]}; });
   const double fill = 1e15;
   std::memcpy(mesh.point_arrays.back().bytes.data(), &fill, sizeof fill);
-  const PreparedMesh prepared = prepare(mesh);
+  PreparedMesh prepared = prepare(mesh);
   BuildOptions options;
   options.fields = {"filled"};
   options.target_vertices = 0.1;
@@ -604,7 +604,7 @@ TEST_CASE("verification: of an original that overlaps itself, too, what is state
       v = VertexId{v.index() + of_one};
     mesh.tets.push_back(tet);
   }
-  const PreparedMesh prepared = prepare(mesh);
+  PreparedMesh prepared = prepare(mesh);
   BuildOptions options;
   options.fields = {"pressure"};
   options.target_vertices = 0.05;
@@ -651,7 +651,7 @@ TEST_CASE("verification: rounding is no error, far from the origin and in flat t
       }};
   for (std::size_t i = 0; i < placings.size(); ++i) {
     INFO("placing " << i);
-    const PreparedMesh prepared = prepare(transformed(placings[i]));
+    PreparedMesh prepared = prepare(transformed(placings[i]));
     BuildReport report;
     const RecordStream records = build::build_records(prepared, options, report, {});
     REQUIRE(records.size() > 20);
