@@ -251,8 +251,9 @@ void Dump::describe_record(RecordId r) {
       out_ << ' ' << parent.index();
   }
   out_ << "\n             makes";
-  for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k) {
-    const Tet tet = refinement.fine_tet(r, k);
+  const std::vector<Tet> made = refinement.fine_tets(r);
+  for (std::size_t k = 0; k < made.size(); ++k) {
+    const Tet& tet = made[k];
     out_ << (k == 0 ? " (" : ", (");
     for (std::size_t corner = 0; corner < 4; ++corner) {
       const VertexId at = tet[corner];

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 
 namespace ptet::file {
 
 FileStars::FileStars(RecordStream& records, const FileOrder& order) : blocks_(order.blocks.size()) {
   rows_.reserve(records.size());
+  std::vector<char> is_deleted(records.slots.size());
   for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
     Block& block = blocks_[b];
     const std::span ids =
@@ -27,6 +29,8 @@ FileStars::FileStars(RecordStream& records, const FileOrder& order) : blocks_(or
       const auto modified = records.modified(record);
       block.modified.insert(block.modified.end(), modified.begin(), modified.end());
       for (const std::uint32_t slot : records.deleted(record)) {
+        if (std::exchange(is_deleted[slot], 1) != 0)
+          throw Error(ErrorCode::kBadInput, "collapse " + std::to_string(record) + " deletes a tet that is gone");
         std::array<VertexId, 4> others{};
         std::size_t count = 0;
         for (const VertexId v : records.slots[slot])

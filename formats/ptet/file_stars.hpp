@@ -20,7 +20,7 @@ public:
   };
 
   /// Takes the stars and slots of `records`, to save their memory: the stream is none afterwards. Throws
-  /// Error(kBadInput) when a deleted slot did not hold both vertices of its collapse.
+  /// Error(kBadInput) when a deleted slot did not hold both vertices of its collapse, or is deleted twice.
   FileStars(RecordStream& records, const FileOrder& order);
 
   // Of a record of the file, until its block is forgotten.

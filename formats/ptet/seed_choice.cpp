@@ -16,6 +16,8 @@ Seed SeedChoice::seed_at(const Refinement& refinement, std::uint32_t number, std
   const Tet& tet = refinement.tet(place);
   Seed seed;
   seed.corner = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), target) - tet.begin());
+  if (seed.corner == tet.size())
+    throw Error(ErrorCode::kBadInput, "a collapse has modified a tet that is not at its target");
   const RecordId parent = refinement.consumer(place);
   if (parent.is_none()) {
     seed.source = static_cast<std::uint32_t>(block.needs.size()) + 1;

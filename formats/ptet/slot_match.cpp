@@ -28,6 +28,8 @@ SlotMatch::SlotMatch(const RecordStream& records, const FileOrder& order, const 
   for (const std::uint32_t slot : records.base_slots())
     base.emplace_back(in_file(records.slots[slot], order), slot);
   std::sort(base.begin(), base.end());
+  if (base.size() != refinement.base_place_count())
+    throw Error(ErrorCode::kBadInput, "the records do not lead to a closed base mesh");
   for (std::uint32_t place = 0; place < refinement.base_place_count(); ++place) {
     Tet tet = refinement.tet(place);
     std::sort(tet.begin(), tet.end());
@@ -61,7 +63,7 @@ void SlotMatch::add_rim(const Refinement& refinement, const FileStars& stars, Re
     while (i < rim.size() && !is_at(i))
       ++i;
     const auto place = static_cast<std::uint32_t>(refinement.rim_place(r) + i);
-    if (i == rim.size() || place >= slot_of_.size() || slot_of_[place] != kNone) fail();
+    if (i == rim.size() || place >= slot_of_.size() || slot_of_[place] != kNone || place_of_[tet.slot] != kNone) fail();
     match(tet.slot, place);
   }
 }

@@ -27,7 +27,10 @@ public:
   /// they are not what the collapses deleted. `stars`: of the stream.
   void add_rims(const Refinement& refinement, const FileStars& stars, std::span<const std::uint32_t> records);
 
-  [[nodiscard]] std::uint32_t slot_of(std::uint32_t place) const { return slot_of_[place]; }
+  /// kNone when it has not been matched.
+  [[nodiscard]] std::uint32_t slot_of(std::uint32_t place) const {
+    return place < slot_of_.size() ? slot_of_[place] : kNone;
+  }
   /// kNone when it has not appeared yet.
   [[nodiscard]] std::uint32_t place_of(std::uint32_t slot) const { return place_of_[slot]; }
 

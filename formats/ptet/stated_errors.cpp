@@ -107,11 +107,12 @@ public:
     }
     if (!header_.has_squared_errors) return measured;
     bool moves_boundary = false;
-    for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k) {
-      const Tet fine = refinement.fine_tet(r, k);
+    std::uint32_t number = versions_.number(r, 0);
+    for (const Tet& fine : refinement.fine_tets(r)) {
+      const RecordId creator = versions_.creator(number++);
       if (Refinement::is_ghost(fine))
         moves_boundary = true;
-      else if (versions_.creator(versions_.number(r, k)).is_none()) // an original one: no error, all covered
+      else if (creator.is_none()) // an original one: no error, all covered
         add_volume(fine, -1);
       else
         add(fine, ignored, -1);

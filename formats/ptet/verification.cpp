@@ -305,7 +305,8 @@ bool is_of_one_not_flat(const Content& content, const Tet& coarse, RecordId reco
   std::replace(wanted.begin(), wanted.end(), refinement.target(record), refinement.vertex_of(record));
   std::sort(wanted.begin(), wanted.end());
   for (std::uint32_t k = 0; k < refinement.modified(record).size(); ++k) {
-    const Tet fine = refinement.fine_tet(record, k);
+    const auto [a, b, c] = refinement.link_triangle(record, k);
+    const Tet fine{refinement.vertex_of(record), a, b, c};
     Tet corners = fine;
     std::sort(corners.begin(), corners.end());
     if (corners == wanted) return orientation_of(content, fine) != 0;

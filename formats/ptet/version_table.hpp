@@ -26,8 +26,9 @@ public:
     for (std::uint32_t place = 0; place < refinement_.base_place_count(); ++place)
       visit(place, RecordId{}, refinement_.base_tet(place));
     for (RecordId r{0}; r.index() < refinement_.record_count(); r = RecordId{r.index() + 1})
-      for (std::uint32_t k = 0; k < refinement_.fine_count(r); ++k)
-        visit(number(r, k), r, refinement_.fine_tet(r, k));
+      if (std::uint32_t version = first_fine_[r.index()]; refinement_.applied(r))
+        for (const Tet& tet : refinement_.fine_tets(r))
+          visit(version++, r, tet);
   }
 
 private:

@@ -44,6 +44,7 @@ public:
   void describe();
   void number_errors();
   void number_squared_errors();
+  void forget_errors();
   void number_order();
   void make_base();
   void find_needs();
@@ -208,6 +209,13 @@ void Encoding::number_errors() {
   }
 }
 
+/// Which are coded by now.
+void Encoding::forget_errors() {
+  for (std::vector<double>* const errors :
+       {&records_.field_error, &records_.outside_error, &records_.domain_error, &records_.squared_error})
+    *errors = std::vector<double>(); // {} would keep its memory
+}
+
 void Encoding::number_squared_errors() {
   if (!records_.has_squared_errors()) return;
   const std::size_t codes = schema_->code_count();
@@ -267,7 +275,7 @@ void Encoding::make_base() {
 
 // Rounded up, so that no sum over blocks is below the truth.
 std::vector<double> Encoding::squared_sums(const BlockInfo& info) const {
-  if (!records_.has_squared_errors()) return {};
+  if (!fixed_.header.has_squared_errors) return {};
   const std::size_t codes = schema_->code_count();
   std::vector<double> sums(codes, 0), magnitudes(codes, 0);
   for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
@@ -549,6 +557,7 @@ std::vector<std::byte> encode(TetMesh mesh, RecordStream records, const Manifest
   encoding.describe();
   encoding.number_errors();
   encoding.number_squared_errors();
+  encoding.forget_errors();
   encoding.number_order();
   encoding.make_base();
   encoding.find_needs();

@@ -15,9 +15,9 @@ namespace ptet::file {
 /// one. write() and encode() throw the same; this says it before a build.
 void check_storable(const TetMesh& mesh);
 
-/// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records, of
-/// both of which memory is given back as it is written, to
+/// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records to
 /// `path`, through a temporary file in the same folder, synced and renamed. Returns the size of the file in bytes.
+/// The memory of both is given back as they are written. `records`: valid, see RecordStream::validate().
 /// Unused vertices are kept as base vertices without tets. `given`: the input's ids, where its order is to be kept;
 /// null: it is not. Throws Error: kIo (message names the path and the system's reason), kLimit, kCancelled. Nothing is
 /// left behind.

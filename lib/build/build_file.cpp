@@ -75,7 +75,7 @@ Built collapse_all(Begun begun, const BuildOptions& options, const std::string& 
   built.manifest.notes = report.notes;
   if (options.keep_order) built.given = {std::move(prepared.original_vertex), std::move(begun.given_tets)};
   built.mesh = std::move(prepared.mesh);
-  built.mesh.tets = std::vector<Tet>(); // the records begin with them
+  built.mesh.tets = std::vector<Tet>(); // the records have what is needed of them
   prepared = {};
   build::release_freed_memory();
   return built;

@@ -24,7 +24,7 @@ constexpr std::uint32_t kNoConsumer = std::numeric_limits<std::uint32_t>::max();
 
 /// By version that a record made, in the order in which they were made: the record that consumed it, or kNoConsumer.
 std::vector<std::uint32_t> consumers(const RecordStream& records) {
-  constexpr std::uint32_t kOriginal = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint32_t kOriginal = std::numeric_limits<std::uint32_t>::max(); // not made by a record
   std::vector<std::uint32_t> consumer(records.version_count() - records.slot_count(), kNoConsumer);
   std::vector<std::uint32_t> held(records.slot_count(), kOriginal); // by slot: the version
   std::uint32_t made = 0;
@@ -74,11 +74,12 @@ public:
 private:
   /// What it adds to the volume of the mesh; 0 where that may be rounding.
   double make(std::size_t record) {
-    const double before = volume(records_.star(record));
+    const bool moves_boundary = records_.moves_boundary(record);
+    const double before = moves_boundary ? volume(records_.star(record)) : 0;
     records_.collapse(record, tets_);
     for (const std::uint32_t slot : records_.modified(record))
       versions_.push_back(tets_[slot]);
-    return records_.moves_boundary(record) ? volume_change(before, volume(records_.modified(record))) : 0;
+    return moves_boundary ? volume_change(before, volume(records_.modified(record))) : 0;
   }
   [[nodiscard]] double volume(std::span<const std::uint32_t> slots) const {
     double sum = 0;

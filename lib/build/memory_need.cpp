@@ -141,7 +141,7 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   const double stars = 4 * modified + 12 * (consumed - modified) + 20 * records;
   const double told = 2 * (75 + 2.8 * row) * records;
   constexpr double kTold = 256e6 * 1.05, kPacked = 1 / 2.2;
-  const double coding = rows + of_records + given + refinement + per_record * records + 24 * vertices +
+  const double coding = rows + 30 * records + given + refinement + per_record * records + 24 * vertices +
                         1.1 * std::max(stars, told < kTold ? told : kTold + kPacked * (told - kTold));
   // Sorted, numbered, as bytes and as a zstd frame with what level 19 works in.
   const double raw_order = 5 * tets + 4 * vertices;

@@ -385,7 +385,7 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
   ++revision_;
   spoil();
   content_.refinement = Refinement({}, 0, 0);
-  content_.positions.bytes = {};
+  content_.positions.bytes = std::vector<std::byte>(); // {} would keep its memory
   content_.arrays = {};
   content_ = reader_.read_base();
   std::vector<std::uint32_t> blocks;

@@ -13,6 +13,7 @@ namespace ptet {
 class StreamParents {
 public:
   StreamParents() = default;
+  /// `records`: valid, see RecordStream::validate().
   explicit StreamParents(const RecordStream& records);
 
   /// Each once, ascending.

@@ -285,10 +285,8 @@ void Refinement::order_rim(RecordId r) {
 // As link_triangle() is to find it.
 void Refinement::pack_link(RecordId r) {
   if (link_.size() > (1U << kLinkBits)) {
-    std::vector<VertexId> wide;
     for (const RegionTet& tet : region_)
-      wide.insert(wide.end(), live_[tet.place].tet.begin() + 1, live_[tet.place].tet.end());
-    wide_triangles_.emplace(find_wide(r), r.index(), std::move(wide));
+      rim_vertices_.insert(rim_vertices_.end(), live_[tet.place].tet.begin() + 1, live_[tet.place].tet.end());
     triangles_.resize(triangles_.size() + region_.size(), kWide);
     return;
   }
@@ -364,7 +362,8 @@ void Refinement::settle_links() {
     const bool is_wide = link_vertices > (1U << kLinkBits);
     const auto link = rim_vertices_.begin() + std::exchange(rim_begin_[r], static_cast<std::uint32_t>(vertices.size()));
     vertices.insert(vertices.end(), link,
-                    link + static_cast<std::ptrdiff_t>(is_wide ? rim_vertex_count_[r] : link_vertices));
+                    link + static_cast<std::ptrdiff_t>(is_wide ? rim_vertex_count_[r] + 3 * modified(RecordId{r}).size()
+                                                               : link_vertices));
   }
   rim_vertices_ = std::move(vertices);
   triangles_ = std::move(triangles);
@@ -413,17 +412,6 @@ void Refinement::settle_parents() {
   parent_kinds_ = std::move(kinds);
 }
 
-/// Where it is in wide_triangles_, or would be.
-Refinement::WideTriangles::const_iterator Refinement::find_wide(RecordId r) const {
-  return std::lower_bound(wide_triangles_.begin(), wide_triangles_.end(), r.index(),
-                          [](const auto& row, std::uint32_t record) { return row.first < record; });
-}
-
-std::array<VertexId, 3> Refinement::wide_triangle(RecordId r, std::size_t k) const {
-  const std::vector<VertexId>& of_record = find_wide(r)->second;
-  return {of_record[3 * k], of_record[3 * k + 1], of_record[3 * k + 2]};
-}
-
 /// The tet around the edge to `target` behind the face of a modified tet that is opposite `corner`.
 Tet Refinement::rim_tet(const Tet& modified, std::uint32_t corner, VertexId target) {
   Tet tet = corner_to_front(modified, corner);
@@ -441,23 +429,28 @@ std::uint32_t Refinement::fine_in_place(RecordId r, std::uint32_t place) const {
   return found != in_place.end() ? static_cast<std::uint32_t>(found - in_place.begin()) : fine_count(r);
 }
 
-Tet Refinement::fine_tet(RecordId r, std::uint32_t k) const {
-  const auto modified_tet = [&](std::size_t i) {
-    const auto [a, b, c] = link_triangle(r, i);
-    return Tet{vertex_of(r), a, b, c};
-  };
+std::vector<Tet> Refinement::fine_tets(RecordId r) const {
   const std::size_t modified_count = modified(r).size();
-  if (k < modified_count) return modified_tet(k);
   const auto around = rim(r);
-  const std::size_t i = k - modified_count;
-  const VertexId a = around[i], b = around[i + 1 < around.size() ? i + 1 : 0];
-  for (std::size_t m = 0; m < modified_count; ++m) {
-    const Tet tet = modified_tet(m);
-    for (std::uint32_t corner = 1; corner < 4; ++corner)
-      if (const RimFace face{0, corner, 0}; tet[face.a_corner()] == a && tet[face.b_corner()] == b)
-        return rim_tet(tet, corner, target(r));
+  std::vector<Tet> tets(fine_count(r));
+  std::vector<std::pair<VertexId, std::size_t>> place_in_rim;
+  for (std::size_t i = 0; i < around.size(); ++i)
+    place_in_rim.emplace_back(around[i], i);
+  std::sort(place_in_rim.begin(), place_in_rim.end());
+  for (std::size_t k = 0; k < modified_count; ++k) {
+    const auto [x, y, z] = link_triangle(r, k);
+    tets[k] = {vertex_of(r), x, y, z};
+    for (std::uint32_t corner = 1; corner < 4; ++corner) {
+      const RimFace face{0, corner, 0};
+      const VertexId a = tets[k][face.a_corner()], b = tets[k][face.b_corner()];
+      const auto found = std::lower_bound(place_in_rim.begin(), place_in_rim.end(), std::pair(a, std::size_t{0}));
+      if (found == place_in_rim.end() || found->first != a) continue;
+      const std::size_t i = found->second;
+      if (around[i + 1 < around.size() ? i + 1 : 0] == b)
+        tets[modified_count + i] = rim_tet(tets[k], corner, target(r));
+    }
   }
-  return {}; // a rim is made of its faces
+  return tets;
 }
 
 std::span<const RecordId> Refinement::parents(RecordId r) const {
@@ -482,7 +475,7 @@ std::string Refinement::validate() const {
       if (place >= base_place_count() || live.tet != base_tets_[place]) return name(place) + " is of no record";
     } else {
       const std::uint32_t k = applied(made_in) ? fine_in_place(made_in, place) : 0;
-      if (!applied(made_in) || k == fine_count(made_in) || fine_tet(made_in, k) != live.tet)
+      if (!applied(made_in) || k == fine_count(made_in) || fine_tets(made_in)[k] != live.tet)
         return name(place) + " is not among those of the record of its first vertex";
     }
     for (std::uint32_t corner = 0; corner < 4; ++corner) {

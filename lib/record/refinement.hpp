@@ -120,10 +120,9 @@ public:
   /// How many versions there are in F(r), r applied: modified ones first, in order of growth, then the ones around the
   /// edge (u, v), in order of the rim.
   [[nodiscard]] std::uint32_t fine_count(RecordId r) const { return fine_count_[r.index()]; }
-  /// The k-th of them, k < fine_count(r): its four vertices in an order that is the same in every run, vertex_of(r) at
-  /// corner 0.
-  [[nodiscard]] Tet fine_tet(RecordId r, std::uint32_t k) const;
-  /// Where the split puts it.
+  /// Their four vertices in an order that is the same in every run, vertex_of(r) at corner 0. Not when settled.
+  [[nodiscard]] std::vector<Tet> fine_tets(RecordId r) const;
+  /// Where the split puts the k-th of them, k < fine_count(r).
   [[nodiscard]] std::uint32_t fine_place(RecordId r, std::uint32_t k) const {
     const auto in_place = modified(r);
     return k < in_place.size() ? in_place[k].index()
@@ -188,9 +187,12 @@ public:
   /// that split(r) modifies are (target(r), ...) with the same, F(r) has those of the rim besides.
   [[nodiscard]] std::array<VertexId, 3> link_triangle(RecordId r, std::size_t k) const {
     const std::uint32_t packed = triangles_[modified_begin_[r.index()] + k];
-    if (packed == kWide) return wide_triangle(r, k);
     constexpr std::uint32_t kMask = (1U << kLinkBits) - 1;
     const VertexId* const link = rim_vertices_.data() + rim_begin_[r.index()];
+    if (packed == kWide) {
+      const VertexId* const triangle = link + rim_vertex_count_[r.index()] + 3 * k;
+      return {triangle[0], triangle[1], triangle[2]};
+    }
     return {link[packed & kMask], link[(packed >> kLinkBits) & kMask], link[packed >> (2 * kLinkBits)]};
   }
 
@@ -243,9 +245,6 @@ private:
   void pack_link(RecordId r);
   void join_region(std::uint32_t place);
   void close_boundary();
-  using WideTriangles = std::vector<std::pair<std::uint32_t, std::vector<VertexId>>>;
-  [[nodiscard]] WideTriangles::const_iterator find_wide(RecordId r) const;
-  [[nodiscard]] std::array<VertexId, 3> wide_triangle(RecordId r, std::size_t k) const;
   [[nodiscard]] static Tet rim_tet(const Tet& modified, std::uint32_t corner, VertexId target);
   void settle_places();
   void settle_links();
@@ -273,17 +272,16 @@ private:
   LargeVector<std::uint32_t> modified_begin_, rim_begin_, rim_place_;
   LargeVector<std::uint16_t> rim_vertex_count_;
   LargeVector<Place> modified_;
-  /// The other vertices of link triangles follow those of the rim.
+  /// The other vertices of the link follow those of the rim, or all its triangles where they are kWide.
   LargeVector<VertexId> rim_vertices_;
 
   // Link triangles beside modified_: numbers among the link's vertices, of kLinkBits bits each. Where the link has more
-  // vertices than that can tell, wide_triangles_ has them one by one.
+  // vertices than that can tell, kWide, and they stand one by one in rim_vertices_.
   static constexpr std::uint32_t kLinkBits = 5;
   static constexpr std::uint16_t kWide = 0xFFFF;
   bool is_settled_ = false;
   std::uint32_t settled_place_count_ = 0;
   LargeVector<std::uint16_t> triangles_;
-  WideTriangles wide_triangles_; ///< by record, ascending
 
   LargeVector<Live> live_;        ///< by place
   LargeVector<VertexMark> marks_; ///< one row a vertex, the last is the dummy's

@@ -8,9 +8,8 @@
 //                  '------- hold afterwards what they held before, the vertex replaced by the target
 //                                                '------- hold nothing any more
 //
-//   versions   what a slot held at some time: F(i), the fine ones that collapse i consumed, are what the slots of
-//   star(i)
-//              held before, C(i), the coarse ones that it made, what its modified slots held afterwards.
+//   versions   what a slot held at some time. F(i), the fine ones that collapse i consumed, are what the slots of its
+//              star held before; C(i), the coarse ones that it made, what its modified slots held afterwards.
 //
 // So no version needs to be written down but one for each slot: the others follow by making the collapses, or undoing
 // them. Ghosts (a, b, c, kDummyVertex) stand in slots like any other tet: they are the boundary faces.

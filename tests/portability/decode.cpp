@@ -102,8 +102,8 @@ void print_content(const std::string& path) {
   for (std::uint32_t place = 0; place < refinement.base_place_count(); ++place)
     versions.add_all(refinement.base_tet(place));
   for (RecordId r{0}; r.index() < refinement.record_count(); r = RecordId{r.index() + 1}) {
-    for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k)
-      versions.add_all(refinement.fine_tet(r, k));
+    for (const Tet& tet : refinement.fine_tets(r))
+      versions.add_all(tet);
     versions.add_all(refinement.parents(r));
   }
   codes.add_all(content.own);

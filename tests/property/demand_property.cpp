@@ -90,8 +90,7 @@ struct Opened {
   [[nodiscard]] std::vector<std::vector<VertexId>> star(RecordId r, bool with_fine) const {
     const Refinement& refinement = content.refinement;
     std::vector<std::vector<VertexId>> coarse, fine;
-    for (std::uint32_t i = 0; i < refinement.fine_count(r); ++i) {
-      const Tet tet = refinement.fine_tet(r, i);
+    for (const Tet& tet : refinement.fine_tets(r)) {
       std::vector<VertexId> corners;
       bool is_deleted = false;
       for (const VertexId v : tet) {

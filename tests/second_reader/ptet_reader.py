@@ -414,8 +414,10 @@ class PtetFile:
         for f in reached:
             reached += new.intersection(self.neighbours[f]).difference(reached)
         require(len(reached) == len(new), "a rim of more than one cycle")
+        require(len(behind_edge) == len(new), "a rim that begins twice at a vertex")
         for k in range(len(region), len(record.made)):
-            record.made[k], start = behind_edge[start]
+            require(start in behind_edge, "a rim that turns round")
+            record.made[k], start = behind_edge.pop(start)
 
     def decode_arrays(self, coder, record):
         """[Arrays]; returns the missed codes of the governing ones."""

@@ -227,9 +227,7 @@ void check_same_records(const file::Reader& reader, const file::Content& all, co
     bool same = some.refinement.target(r) == all.refinement.target(r) &&
                 some.refinement.fine_count(r) == all.refinement.fine_count(r) &&
                 some.generation[i] == all.generation[i] && some.order[i] == all.order[i];
-    for (std::uint32_t k = 0; same && k < all.refinement.fine_count(r); ++k) {
-      same = all.refinement.fine_tet(r, k) == some.refinement.fine_tet(r, k);
-    }
+    same = same && all.refinement.fine_tets(r) == some.refinement.fine_tets(r);
     const auto all_parents = all.refinement.parents(r), some_parents = some.refinement.parents(r);
     same = same && std::equal(all_parents.begin(), all_parents.end(), some_parents.begin(), some_parents.end());
     const std::size_t row = all.refinement.vertex_of(r).index();

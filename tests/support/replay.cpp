@@ -65,8 +65,8 @@ void apply(Replay& replay, const RecordStream& stream, RecordId r) {
   refinement.split(r, replay.file_id[stream.target[i].index()], std::span(&seed, 1),
                    [&](const GrowthFace& face) { return in_region(face.behind); });
   std::set<Tet> made;
-  for (std::uint32_t k = 0; k < refinement.fine_count(r); ++k)
-    made.insert(sorted_keeping_orientation(refinement.fine_tet(r, k)));
+  for (const Tet& tet : refinement.fine_tets(r))
+    made.insert(sorted_keeping_orientation(tet));
   if (made != fine)
     throw std::logic_error("record " + std::to_string(r.index()) + " made other tets than its collapse consumed");
 }

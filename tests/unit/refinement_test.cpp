@@ -116,7 +116,7 @@ TEST_CASE("refinement: a split of the single tet") {
   for (std::uint32_t k = 0; k < 6; ++k) {
     const std::uint32_t place = r.fine_place(RecordId{0}, k);
     CHECK(r.fine_in_place(RecordId{0}, place) == k);
-    CHECK(r.tet(place) == r.fine_tet(RecordId{0}, k));
+    CHECK(r.tet(place) == r.fine_tets(RecordId{0})[k]);
     CHECK(r.tet(place)[0] == VertexId{4});
     CHECK(r.consumer(place) == RecordId{0});
   }
@@ -320,7 +320,7 @@ TEST_CASE("refinement: what is kept when settled is what was there") {
     const std::uint32_t base_places = r.base_place_count();
     std::vector<std::array<VertexId, 3>> triangles;
     for (std::uint32_t k = 0; k < wanted; ++k) {
-      const Tet fine = r.fine_tet(RecordId{0}, k);
+      const Tet fine = r.fine_tets(RecordId{0})[k];
       triangles.push_back(r.link_triangle(RecordId{0}, k));
       CHECK(fine == Tet{VertexId{kNew}, triangles[k][0], triangles[k][1], triangles[k][2]});
       CHECK(r.modified(RecordId{0})[k].index() < base_places);
@@ -332,7 +332,7 @@ TEST_CASE("refinement: what is kept when settled is what was there") {
       rim.insert(
           test::sorted_keeping_orientation({VertexId{kNew}, VertexId{0}, around[i], around[(i + 1) % around.size()]}));
     for (std::uint32_t k = wanted; k < r.fine_count(RecordId{0}); ++k)
-      expected.insert(test::sorted_keeping_orientation(r.fine_tet(RecordId{0}, k)));
+      expected.insert(test::sorted_keeping_orientation(r.fine_tets(RecordId{0})[k]));
     CHECK(rim == expected);
 
     const std::vector<VertexId> before(around.begin(), around.end());
