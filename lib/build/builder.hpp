@@ -28,16 +28,15 @@ void check_options(const BuildOptions& options);
 /// `decided`: what was decided in pieces of the mesh, to be made first; null: nothing. Every piece is followed as far
 /// as its collapses are possible here, that is to its end but where the limit on the domain error is near: bounds of it
 /// are sharper or blunter by what else of the boundary is at hand. options.pieces is not looked at.
-/// The tets of `prepared` are put away while it is collapsed, to save their memory, and there again afterwards, unless it
-/// throws.
-/// Throws Error: kBadArgument (options, unknown field), kBadInput (values that are not finite), kCancelled.
+/// The tets of `prepared` are put away while it is collapsed, to save their memory, and there again afterwards, unless
+/// it throws. Throws Error: kBadArgument (options, unknown field), kBadInput (values that are not finite), kCancelled.
 [[nodiscard]] RecordStream build_records(PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
                                          const ProgressCallback& progress, const Decisions* decided = nullptr);
 
 /// The collapses of a part of a mesh alone, with the errors known while collapsing: nothing is measured afterwards, and
 /// there are no dependencies beyond the versions.
-/// The stream has no slots, and so is not valid. `part`: its tets are gone afterwards. `whole`: the mesh that it is a part of. `samples`: in tets of the part, where
-/// the evaluation looks at samples. Throws Error as build_records does.
+/// The stream has no slots, and so is not valid. `part`: its tets are gone afterwards. `whole`: the mesh that it is a
+/// part of. `samples`: in tets of the part, where the evaluation looks at samples. Throws Error as build_records does.
 [[nodiscard]] RecordStream collapse_part(PreparedMesh& part, const BuildOptions& options, const MeshScales& whole,
                                          FieldSamples samples, BuildReport& report, const ProgressCallback& progress);
 

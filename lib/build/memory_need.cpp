@@ -21,8 +21,10 @@ constexpr double kParents = 14;         ///< records that a record needs
 constexpr double kLink = 13.5;          ///< vertices of its link
 constexpr double kSurfaceSampled = 420; ///< a boundary face in the half-edge surface and its index
 constexpr double kSurfaceBound = 1100;  ///< and with the pieces that it stands for
-/// What allocation adds.
-constexpr double kOverhead = 1.05;
+/// What allocation adds: while collapsing lists grow; those of the writer have their size from the start.
+constexpr double kOverhead = 1.08, kWriteOverhead = 1.04;
+/// The large pages at the ends of lists that are not used up; where all is little there are none.
+constexpr double kPageEnds = 24e6, kPageEndsAtMost = 0.125;
 /// Code, tables of libraries, small things.
 constexpr double kFixed = 16e6;
 
@@ -49,8 +51,9 @@ double exact_bytes(double vertices, double tets, double faces, unsigned threads)
   return (kCell + kStar) * tets + 5 * vertices + 60 * faces + threads * (4 * tets + 8 * vertices);
 }
 
-std::uint64_t whole(double bytes) {
-  return static_cast<std::uint64_t>(std::ceil(kOverhead * bytes + kFixed));
+std::uint64_t whole(double bytes, double overhead = kOverhead) {
+  return static_cast<std::uint64_t>(
+      std::ceil(overhead * bytes + std::min(kPageEnds, kPageEndsAtMost * bytes) + kFixed));
 }
 
 BuildCounts counted(const TetMesh& mesh, const BuildOptions& options) {
@@ -147,7 +150,8 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   const double raw_order = 5 * tets + 4 * vertices;
   const double input_order =
       options.keep_order ? (16 + 8) * tets + 8 * vertices + 3 * raw_order + std::min(90e6, 24 * raw_order) : 0;
-  need.write = whole(std::max({order, coding, rows + of_records + given + per_record * records + input_order}));
+  need.write =
+      whole(std::max({order, coding, rows + of_records + given + per_record * records + input_order}), kWriteOverhead);
   return need;
 }
 
