@@ -274,6 +274,9 @@ behind damage that cannot be read past is not looked at, and that is said. With 
 the same vertices, positions and values bit for bit, and the same tets; their order may differ, and inverted tets of the
 original are turned, but where the file keeps the order of its input: then all comes out as it was read. Exit code 4
 when anything is wrong.
+
+Findings name records as they are numbered in the file, and versions, which are the tets and boundary faces of all
+levels, in this order: those of the coarsest mesh, then what each record's split brings back, record by record.
 )";
 
 } // namespace
