@@ -449,22 +449,26 @@ TEST_CASE("verification: an inverted tet, and the record that makes it") {
   const std::uint32_t moved = records.removed[0].index();
   const float far[3] = {1000, 1000, 1000};
   std::memcpy(mesh.positions.bytes.data() + moved * std::size_t{12}, far, 12);
-  std::size_t inverted = 0;
-  const std::vector<Tet> original = records.original();
-  for (const std::uint32_t slot : records.star(0)) {
-    const Tet& tet = original[slot];
-    if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) continue;
+  const auto is_inverted = [](const PointArray& positions, const Tet& tet) {
+    if (std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end()) return false;
+    float at[4][3];
+    for (std::size_t i = 0; i < 4; ++i)
+      std::memcpy(at[i], positions.bytes.data() + tet[i].index() * std::size_t{12}, 12);
     double m[3][3];
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k)
-        m[i][k] = mesh.position(tet[i + 1])[k] - mesh.position(tet[0])[k];
-    const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-    inverted += determinant < 0 ? 1 : 0;
-  }
+        m[i][k] = double{at[i + 1][k]} - double{at[0][k]};
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]) <
+           0;
+  };
+  std::size_t inverted = 0;
+  const std::vector<Tet> original = records.original();
+  for (const std::uint32_t slot : records.star(0))
+    inverted += is_inverted(mesh.positions, original[slot]) ? 1 : 0;
   REQUIRE(inverted > 0);
-  const Found found = verify(file::encode(mesh, records, kExactManifest));
+  const Bytes bytes = file::encode(mesh, records, kExactManifest);
+  const Found found = verify(bytes);
   INFO(list_of(found));
   const auto count = std::count_if(found.begin(), found.end(),
                                    [](const auto& v) { return v.what.find("is inverted") != v.what.npos; });
@@ -473,6 +477,22 @@ TEST_CASE("verification: an inverted tet, and the record that makes it") {
   REQUIRE(first != nullptr);
   CHECK(first->record.has_value());
   CHECK(first->version.has_value());
+
+  // Versions are counted as the help of `ptet verify` says: those of the base, then what each record makes.
+  const file::Verified verified = file::verify(file::over_memory(bytes), [](const file::Violation&) {});
+  REQUIRE(verified.content);
+  const file::Content& content = *verified.content;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted, told; // record, version
+  std::uint32_t number = content.refinement.base_place_count();
+  for (std::uint32_t r = 0; r < content.refinement.record_count(); ++r)
+    for (const Tet& tet : content.refinement.fine_tets(RecordId{r})) {
+      if (is_inverted(content.positions, tet)) wanted.emplace_back(r, number);
+      ++number;
+    }
+  for (const file::Violation& violation : found)
+    if (violation.what.find("is inverted") != violation.what.npos && violation.record && violation.version)
+      told.emplace_back(*violation.record, *violation.version);
+  CHECK(told == wanted);
 }
 
 TEST_CASE("verification: stated errors that are not true") {

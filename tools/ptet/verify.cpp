@@ -276,7 +276,8 @@ original are turned, but where the file keeps the order of its input: then all c
 when anything is wrong.
 
 Findings name records as they are numbered in the file, and versions, which are the tets and boundary faces of all
-levels, in this order: those of the coarsest mesh, then what each record's split brings back, record by record.
+levels, from 0 on in this order: those of the coarsest mesh, then what each record's split brings back, record by
+record.
 )";
 
 } // namespace
