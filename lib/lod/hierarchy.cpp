@@ -65,14 +65,4 @@ Point Hierarchy::position(VertexId v) const {
   return {ptet::load<float>(row), ptet::load<float>(row + sizeof(float)), ptet::load<float>(row + 2 * sizeof(float))};
 }
 
-std::pair<Point, Point> Hierarchy::star_box(RecordId r) const {
-  const StepBox& box = star_box_[r.index()];
-  Point min, max;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    min[axis] = steps_[axis].lower(box.min[axis]);
-    max[axis] = steps_[axis].upper(box.max[axis]);
-  }
-  return {min, max};
-}
-
 } // namespace ptet

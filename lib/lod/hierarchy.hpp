@@ -48,7 +48,15 @@ public:
   [[nodiscard]] const file::Content& content() const { return content_; }
   [[nodiscard]] Point position(VertexId v) const;
   /// Bounding box of the star of the record's vertex; of a loaded record.
-  [[nodiscard]] std::pair<Point, Point> star_box(RecordId r) const;
+  [[nodiscard]] std::pair<Point, Point> star_box(RecordId r) const {
+    const StepBox& box = star_box_[r.index()];
+    Point min, max;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      min[axis] = steps_[axis].lower(box.min[axis]);
+      max[axis] = steps_[axis].upper(box.max[axis]);
+    }
+    return {min, max};
+  }
 
 private:
   /// Steps from one side of all stars' box to the other along an axis; both ends are exact.

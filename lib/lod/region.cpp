@@ -238,6 +238,28 @@ double box_distance(const HalfSpace& half_space, const Box& box) {
   return std::max(0.0, above) / norm(half_space.normal) * (1 - kSlack);
 }
 
+template <class Shape>
+bool are_apart(const Shape& shape, const Box& box) {
+  return box_distance(shape, box) > 0;
+}
+// Asked of every star near the sphere: squares decide, but where the distances are nearly the same. That says of all
+// the others what their distance would.
+bool are_apart(const Sphere& sphere, const Box& box) {
+  double apart_sq = 0, most = sphere.radius;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double apart = std::max({box.min[i] - sphere.centre[i], sphere.centre[i] - box.max[i], 0.0});
+    apart_sq += apart * apart;
+    most = std::max({most, std::fabs(sphere.centre[i]), std::fabs(box.min[i]), std::fabs(box.max[i])});
+  }
+  const double radius_sq = sphere.radius * sphere.radius;
+  if (radius_sq > 1e-200 && radius_sq < 1e200) { // else what matters may have vanished
+    if (apart_sq <= radius_sq) return false;
+    constexpr double kPlainly = 1.01, kFarAboveSlack = 1e8 * kSlack * kSlack; // the gap is 0.4% of the distance
+    if (apart_sq > kPlainly * radius_sq && apart_sq > kFarAboveSlack * most * most) return true;
+  }
+  return box_distance(sphere, box) > 0;
+}
+
 bool holds(const Box& box, const Point& p) {
   for (std::size_t i = 0; i < 3; ++i)
     if (p[i] < box.min[i] || p[i] > box.max[i]) return false;
@@ -270,7 +292,7 @@ bool meets(const Region& region, std::span<const Point> corners) {
 }
 
 bool meets(const Region& region, const Point& min, const Point& max) {
-  return !(distance(region, min, max) > 0);
+  return std::visit([&](const auto& shape) { return !are_apart(shape, Box{min, max}); }, region);
 }
 
 double distance(const Region& region, std::span<const Point> corners) {

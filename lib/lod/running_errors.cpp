@@ -30,10 +30,11 @@ void RunningErrors::measure(std::size_t b, const std::vector<char>& applied) {
   ErrorCode16* const most = most_.data() + b * codes_;
   std::fill_n(most, codes_, ErrorCode16{0});
   for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
-    if (applied[r] != 0) continue;
+    // Without a branch: which records are applied cannot be foreseen.
+    const auto counts = static_cast<ErrorCode16>(applied[r] != 0 ? 0 : 0xFFFF);
     const ErrorCode16* const own = content.own.data() + r * codes_;
     for (std::size_t i = 0; i < codes_; ++i)
-      most[i] = std::max(most[i], own[i]);
+      most[i] = std::max(most[i], static_cast<ErrorCode16>(own[i] & counts));
   }
 }
 

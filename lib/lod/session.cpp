@@ -199,7 +199,10 @@ private:
   }
 
   void fetch_ahead(const std::vector<std::uint32_t>& records, std::size_t i) const {
-    constexpr std::size_t kPlaces = 12, kSlots = 6; // records ahead
+    constexpr std::size_t kRecord = 16, kLists = 12, kPlaces = 8, kSlots = 4; // records ahead
+    const Refinement& refinement = hierarchy_.content().refinement;
+    if (i + kRecord < records.size()) refinement.fetch_record(RecordId{records[i + kRecord]});
+    if (i + kLists < records.size()) refinement.fetch_lists(RecordId{records[i + kLists]});
     if (i + kPlaces < records.size()) mesh_->fetch_places(RecordId{records[i + kPlaces]});
     if (i + kSlots < records.size()) mesh_->fetch_slots(RecordId{records[i + kSlots]});
   }

@@ -39,14 +39,13 @@ void keep_rows(Rows& rows, const std::vector<std::uint32_t>& moved, std::size_t 
 } // namespace
 
 template <class Row>
-std::uint32_t SlotMesh::Slots<Row>::take(const Row& row, std::uint32_t now) {
+std::uint32_t SlotMesh::Slots<Row>::take(const Row& row) {
   std::uint32_t slot = 0;
   if (free.empty()) {
     slot = static_cast<std::uint32_t>(rows.size());
     grow_large(rows, rows.size() + 1);
     rows.push_back(row);
-    grow_large(changed_at, changed_at.size() + 1);
-    changed_at.push_back(0);
+    is_changed.push_back(false);
     // So that giving back and telling never allocate.
     reserve_large(free, rows.capacity());
     reserve_large(changed, rows.capacity());
@@ -55,19 +54,19 @@ std::uint32_t SlotMesh::Slots<Row>::take(const Row& row, std::uint32_t now) {
     free.pop_back();
     rows[slot] = row;
   }
-  tell(slot, now);
+  tell(slot);
   return slot;
 }
 
 template <class Row>
-void SlotMesh::Slots<Row>::release(std::uint32_t slot, const Row& unused, std::uint32_t now) {
+void SlotMesh::Slots<Row>::release(std::uint32_t slot, const Row& unused) {
   rows[slot] = unused;
   free.push_back(slot);
-  tell(slot, now);
+  tell(slot);
 }
 
 template <class Row>
-std::vector<std::uint32_t> SlotMesh::Slots<Row>::compact(const Row& unused, std::uint32_t now) {
+std::vector<std::uint32_t> SlotMesh::Slots<Row>::compact(const Row& unused) {
   std::vector<std::uint32_t> moved(rows.size(), kUnused);
   std::vector<Row> kept;
   kept.reserve(used());
@@ -80,7 +79,7 @@ std::vector<std::uint32_t> SlotMesh::Slots<Row>::compact(const Row& unused, std:
   std::vector<std::uint32_t> all(rows.size());
   std::iota(all.begin(), all.end(), 0U);
   changed.swap(all);
-  changed_at = std::vector<std::uint32_t>(rows.size(), now);
+  is_changed = std::vector<bool>(rows.size(), true);
   free = std::vector<std::uint32_t>();
   free.reserve(rows.capacity());
   return moved;
@@ -108,7 +107,7 @@ SlotMesh::SlotMesh(const Hierarchy& hierarchy) : hierarchy_(hierarchy) {
     const Tet& tet = refinement.base_tet(t);
     const TetSlots slots = {slot(tet[0]), slot(tet[1]), slot(tet[2]), slot(tet[3])};
     if (t < refinement.base_tet_count())
-      slot_of_place_[t] = tets_.take(slots, now_);
+      slot_of_place_[t] = tets_.take(slots);
     else
       add_ghost(t, slots, static_cast<std::size_t>(std::find(tet.begin(), tet.end(), kDummyVertex) - tet.begin()));
   }
@@ -121,8 +120,8 @@ void SlotMesh::make_room() {
 
 bool SlotMesh::compact() {
   if (tets_.rows.size() <= std::max(kFewSlots, kSlotsATet * static_cast<std::size_t>(tets_.used()))) return false;
-  const std::vector<std::uint32_t> tet = tets_.compact(kNoTet, now_), face = faces_.compact(kNoFace, now_),
-                                   vertex = vertices_.compact(VertexId{}, now_);
+  const std::vector<std::uint32_t> tet = tets_.compact(kNoTet), face = faces_.compact(kNoFace),
+                                   vertex = vertices_.compact(VertexId{});
   for (TetSlots& row : tets_.rows)
     for (std::uint32_t& slot : row)
       move_slot(slot, vertex);
@@ -172,7 +171,7 @@ void SlotMesh::settle() {
 
 std::uint32_t SlotMesh::add_vertex(VertexId v) {
   const file::Content& content = hierarchy_.content();
-  const std::uint32_t slot = vertices_.take(v, now_);
+  const std::uint32_t slot = vertices_.take(v);
   slot_of_vertex_[v.index()] = slot;
   copy_row(content.positions, v.index(), positions_, slot);
   for (std::size_t i = 0; i < arrays_.size(); ++i)
@@ -181,7 +180,7 @@ std::uint32_t SlotMesh::add_vertex(VertexId v) {
 }
 
 void SlotMesh::remove_vertex(VertexId v) {
-  vertices_.release(std::exchange(slot_of_vertex_[v.index()], kUnused), VertexId{}, now_);
+  vertices_.release(std::exchange(slot_of_vertex_[v.index()], kUnused), VertexId{});
 }
 
 void SlotMesh::show_unused_vertices(bool shown) {
@@ -195,34 +194,45 @@ void SlotMesh::show_unused_vertices(bool shown) {
 
 // (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside.
 void SlotMesh::add_ghost(std::uint32_t place, const TetSlots& slots, std::size_t dummy_corner) {
-  slot_of_place_[place] =
-      faces_.take({slots[dummy_corner ^ 1U], slots[dummy_corner ^ 3U], slots[dummy_corner ^ 2U]}, now_);
+  slot_of_place_[place] = faces_.take({slots[dummy_corner ^ 1U], slots[dummy_corner ^ 3U], slots[dummy_corner ^ 2U]});
 }
 
 void SlotMesh::replace(Place place, std::uint32_t from, std::uint32_t to) {
   const std::uint32_t slot = slot_of_place_[place.index()];
   if (place.is_ghost()) {
     replace_corner(faces_.rows[slot], from, to);
-    faces_.tell(slot, now_);
+    faces_.tell(slot);
   } else {
     replace_corner(tets_.rows[slot], from, to);
-    tets_.tell(slot, now_);
+    tets_.tell(slot);
   }
 }
 
 void SlotMesh::fetch_places(RecordId r) const {
-  for (const Place place : hierarchy_.content().refinement.modified(r))
+  const Refinement& refinement = hierarchy_.content().refinement;
+  for (const Place place : refinement.modified(r))
     __builtin_prefetch(&slot_of_place_[place.index()]);
+  const std::span<const VertexId> rim = refinement.rim(r);
+  for (const VertexId w : rim)
+    if (w != kDummyVertex) __builtin_prefetch(&slot_of_vertex_[w.index()]);
+  __builtin_prefetch(&slot_of_vertex_[refinement.target(r).index()]);
+  __builtin_prefetch(&slot_of_vertex_[refinement.vertex_of(r).index()]);
+  __builtin_prefetch(&slot_of_place_[refinement.rim_place(r)]);
+  __builtin_prefetch(&slot_of_place_[refinement.rim_place(r) + rim.size() - 1]);
 }
 
 void SlotMesh::fetch_slots(RecordId r) const {
-  for (const Place place : hierarchy_.content().refinement.modified(r)) {
-    const std::uint32_t slot = slot_of_place_[place.index()];
-    if (place.is_ghost() || slot == kUnused) continue; // of a split that is yet to come
-    __builtin_prefetch(&tets_.rows[slot]);
-    __builtin_prefetch(&tets_.changed_at[slot]);
-    if (creators_) __builtin_prefetch(&made_by_[slot]);
-  }
+  const Refinement& refinement = hierarchy_.content().refinement;
+  for (const Place place : refinement.modified(r))
+    if (!place.is_ghost()) fetch_tet(slot_of_place_[place.index()]);
+  for (std::uint32_t i = 0; i < refinement.rim(r).size(); ++i)
+    fetch_tet(slot_of_place_[refinement.rim_place(r) + i]);
+}
+
+void SlotMesh::fetch_tet(std::uint32_t slot) const {
+  if (slot >= tets_.rows.size()) return; // of a split that is yet to come
+  __builtin_prefetch(&tets_.rows[slot]);
+  if (creators_) __builtin_prefetch(&made_by_[slot]);
 }
 
 void SlotMesh::split(RecordId r) {
@@ -241,7 +251,7 @@ void SlotMesh::split(RecordId r) {
     if (a == kUnused || b == kUnused)
       add_ghost(place, {v, u, a, b}, a == kUnused ? 2 : 3);
     else
-      slot_of_place_[place] = tets_.take({v, u, a, b}, now_);
+      slot_of_place_[place] = tets_.take({v, u, a, b});
     if (creators_ && a != kUnused && b != kUnused) set_creator(slot_of_place_[place], creators_->first(place));
     ++place;
     a = b;
@@ -265,9 +275,9 @@ void SlotMesh::collapse(RecordId r) {
   for (std::size_t i = rim.size(); i-- > 0;) {
     const std::uint32_t slot = slot_of_place_[refinement.rim_place(r) + i];
     if (rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex)
-      faces_.release(slot, kNoFace, now_);
+      faces_.release(slot, kNoFace);
     else {
-      tets_.release(slot, kNoTet, now_);
+      tets_.release(slot, kNoTet);
       if (creators_) made_by_[slot] = RecordId{};
     }
   }
@@ -294,7 +304,7 @@ void SlotMesh::follow_creators(const BlockSet& known, const std::vector<char>& a
   }
   if (!begins) return;
   for (std::uint32_t slot = 0; slot < tets_.rows.size(); ++slot)
-    if (tets_.rows[slot] != kNoTet) tets_.tell(slot, now_);
+    if (tets_.rows[slot] != kNoTet) tets_.tell(slot);
 }
 
 // What is in a place was made by the record that comes there after the last one that is split.
@@ -322,7 +332,7 @@ void SlotMesh::find_creators(const std::vector<char>& applied) {
 
 void SlotMesh::set_creator(std::uint32_t slot, RecordId creator) {
   if (slot >= made_by_.size()) made_by_.resize(slot + std::size_t{1});
-  if (std::exchange(made_by_[slot], creator) != creator) tets_.tell(slot, now_);
+  if (std::exchange(made_by_[slot], creator) != creator) tets_.tell(slot);
 }
 
 void SlotMesh::forget_creators() {
@@ -331,14 +341,9 @@ void SlotMesh::forget_creators() {
 }
 
 void SlotMesh::forget_changes() {
-  tets_.changed.clear();
-  faces_.changed.clear();
-  vertices_.changed.clear();
-  if (++now_ != 0) return;
-  // Once in 2^32 updates.
-  for (std::vector<std::uint32_t>* stamps : {&tets_.changed_at, &faces_.changed_at, &vertices_.changed_at})
-    std::fill(stamps->begin(), stamps->end(), 0);
-  now_ = 1;
+  tets_.forget_changes();
+  faces_.forget_changes();
+  vertices_.forget_changes();
 }
 
 } // namespace ptet

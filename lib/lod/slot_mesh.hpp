@@ -35,7 +35,8 @@ public:
   /// `r` is split, none of those that depend on it is.
   void collapse(RecordId r);
   /// For records that are about to be split or collapsed: what that looks at lies all over memory, so the processor is
-  /// told ahead, in two steps. First for the places, then, some records later, for the slots that these name.
+  /// told ahead, in steps. After Refinement::fetch_record() and fetch_lists() first for the places and vertices, then,
+  /// some records later, for the slots that these name.
   void fetch_places(RecordId r) const;
   void fetch_slots(RecordId r) const;
   /// Gives back slots where hardly any are used: of more than kFewSlots tet slots less than one in kSlotsATet. The
@@ -76,15 +77,22 @@ private:
     std::vector<Row> rows;
     std::vector<std::uint32_t> free;
     std::vector<std::uint32_t> changed;
-    std::vector<std::uint32_t> changed_at; ///< by slot: the number of the changes it was last told in
+    std::vector<bool> is_changed; ///< by slot: whether it is among them
 
     [[nodiscard]] std::uint64_t used() const { return rows.size() - free.size(); }
-    std::uint32_t take(const Row& row, std::uint32_t now);
-    void release(std::uint32_t slot, const Row& unused, std::uint32_t now);
+    std::uint32_t take(const Row& row);
+    void release(std::uint32_t slot, const Row& unused);
     /// Of each slot where it goes, kUnused if it is not used; everything is told.
-    std::vector<std::uint32_t> compact(const Row& unused, std::uint32_t now);
-    void tell(std::uint32_t slot, std::uint32_t now) {
-      if (std::exchange(changed_at[slot], now) != now) changed.push_back(slot);
+    std::vector<std::uint32_t> compact(const Row& unused);
+    void tell(std::uint32_t slot) {
+      if (is_changed[slot]) return;
+      is_changed[slot] = true;
+      changed.push_back(slot);
+    }
+    void forget_changes() {
+      for (const std::uint32_t slot : changed)
+        is_changed[slot] = false;
+      changed.clear();
     }
   };
 
@@ -94,6 +102,7 @@ private:
   void move_places(const std::vector<std::uint32_t>& tet, const std::vector<std::uint32_t>& face);
   void settle();
   void find_creators(const std::vector<char>& applied);
+  void fetch_tet(std::uint32_t slot) const;
   void set_creator(std::uint32_t tet_slot, RecordId creator);
   void add_ghost(std::uint32_t place, const std::array<std::uint32_t, 4>& slots, std::size_t dummy_corner);
 
@@ -109,7 +118,6 @@ private:
   std::vector<std::uint32_t> slot_of_vertex_; ///< by id in the file
   std::vector<VertexId> unused_;              ///< base vertices of no base tet
   bool shows_unused_ = false;
-  std::uint32_t now_ = 1;
   std::optional<Creators> creators_;
   std::vector<RecordId> made_by_;
 };

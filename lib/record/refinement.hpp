@@ -160,6 +160,24 @@ public:
   /// kDummyVertex may be one.
   [[nodiscard]] std::span<const VertexId> last_link() const { return link_; }
 
+  /// What split(r) does is wanted soon: first where it is told, then, some records later, what is told there.
+  void fetch_record(RecordId r) const {
+    const std::size_t i = r.index();
+    __builtin_prefetch(&modified_begin_[i]);
+    __builtin_prefetch(&fine_count_[i]);
+    __builtin_prefetch(&rim_vertex_count_[i]);
+    __builtin_prefetch(&rim_begin_[i]);
+    __builtin_prefetch(&rim_place_[i]);
+    __builtin_prefetch(&target_[i]);
+  }
+  void fetch_lists(RecordId r) const {
+    if (const std::span<const Place> places = modified(r); !places.empty()) {
+      __builtin_prefetch(&places.front());
+      __builtin_prefetch(&places.back());
+    }
+    __builtin_prefetch(rim(r).data());
+  }
+
   // What split(r) does, see Place; r applied.
   [[nodiscard]] std::uint32_t place_count() const {
     return is_settled_ ? settled_place_count_ : static_cast<std::uint32_t>(live_.size());

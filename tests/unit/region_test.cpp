@@ -112,6 +112,37 @@ TEST_CASE("region: boxes of stars and blocks") {
   CHECK_FALSE(meets(Region{Sphere{{0, 0, 0}, 4.99}}, {3, 4, -1}, {9, 9, 1}));
 }
 
+TEST_CASE("region: a ball and a box meet where no distance between them is certain, at any size and place") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> number(-1, 1), exponent(-1, 1);
+  int meeting = 0, close = 0;
+  for (int i = 0; i < 200000; ++i) {
+    // The usual sizes, those whose squares overflow or vanish, and some in between; from the middle to far away.
+    const double reach = i % 4 == 0 ? 300 : i % 4 == 1 ? 100 : 6;
+    const double size = std::pow(10, reach * exponent(random));
+    const double offset = i % 3 == 0 ? size * std::pow(10, 9 * exponent(random)) : 0;
+    Point centre{}, min{}, max{};
+    double apart = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      centre[axis] = offset + size * number(random);
+      const double a = offset + size * number(random), b = offset + size * number(random);
+      min[axis] = std::min(a, b);
+      max[axis] = std::max(a, b);
+      apart = std::hypot(apart, std::max({min[axis] - centre[axis], centre[axis] - max[axis], 0.0}));
+    }
+    // Half of them just touch, or miss one another by up to some per cent.
+    const double near = 1 + (i % 5 == 0 ? 1e-15 : 0.03) * number(random);
+    const Region region = Sphere{centre, i % 2 == 0 ? near * apart : size * std::fabs(number(random))};
+    const double least = distance(region, min, max);
+    CHECK(meets(region, min, max) == !(least > 0));
+    meeting += least > 0 ? 0 : 1;
+    close += least > 0 && least < 0.01 * size ? 1 : 0;
+  }
+  CHECK(meeting > 50000);
+  CHECK(meeting < 170000);
+  CHECK(close > 10000);
+}
+
 TEST_CASE("region: half-spaces and boxes in any position") {
   CHECK(meets_tet(HalfSpace{{1, 0, 0}, 0}));
   CHECK_FALSE(meets_tet(HalfSpace{{1, 0, 0}, -0.001}));
