@@ -168,7 +168,10 @@ protected:
     vtkXMLDataElement* cell_data = CellDataElements[Piece];
     if (cell_data) leave_out(*cell_data);
     leave_out_field_data();
-    if (point_data) name_apart(*point_data);
+    if (point_data) {
+      leave_out_text(*point_data);
+      name_apart(*point_data);
+    }
     for (vtkXMLDataElement* arrays : {points, point_data, CellElements[Piece]}) {
       // Ranges and other remarks on an array, which VTK's writer writes and its reader cannot always read.
       for (int i = 0; arrays && i < arrays->GetNumberOfNestedElements(); ++i)
@@ -186,6 +189,10 @@ protected:
     const std::string layout = layout_of(points) + layout_of(point_data);
     if (point_count > 0 && attribute(*points->GetNestedElement(0), "NumberOfComponents") != "3") {
       vtkErrorMacro("points of piece " << Piece << " do not have three coordinates.");
+      return 0;
+    }
+    if (point_count > 0 && attribute(*points->GetNestedElement(0), "type") == "String") {
+      vtkErrorMacro("points of piece " << Piece << " are text.");
       return 0;
     }
     if (point_count > 0 && !first_layout_) {
@@ -321,6 +328,19 @@ private:
     for (int i = 0; i < FieldDataElement->GetNumberOfNestedElements(); ++i)
       notes.push_back("field data '" + attribute(*FieldDataElement->GetNestedElement(i), "Name") + "' is not carried");
     FieldDataElement = nullptr;
+  }
+
+  /// VTK's reader puts as many strings as the file has where there is room for as many as it should have.
+  void leave_out_text(vtkXMLDataElement& data) {
+    for (int i = 0; i < data.GetNumberOfNestedElements();) {
+      vtkXMLDataElement* const array = data.GetNestedElement(i);
+      if (attribute(*array, "type") != "String") {
+        ++i;
+        continue;
+      }
+      notes.push_back("point array '" + attribute(*array, "Name") + "' is not numeric (string) and is not carried");
+      data.RemoveNestedElement(array);
+    }
   }
 
   void name_apart(vtkXMLDataElement& data) {

@@ -281,6 +281,24 @@ TEST_CASE("point arrays that are not numeric are left out and said", "[vtk]") {
   CHECK_THAT(report.notes[0], Catch::Contains("'label' is not numeric"));
 }
 
+TEST_CASE("text in a VTU may be shorter than it should be, or stand where other things do", "[vtk]") {
+  const std::string two = R"( format="ascii">65 0 66 0</Array>)"; // VTK's own reader looks for four
+  VtuText text;
+  text.point_data = R"(<Array type="String" Name="label")" + two + array_text("Name=\"f\"", "1 2 3 4") +
+                    R"(<Array type="String" Name="vtkGhostType")" + two;
+  ReadReport report;
+  const TetMesh mesh = read_text(text.file(), &report);
+  CHECK(mesh.point_arrays.size() == 1);
+  CHECK(mesh.find("f")->value(3, 0) == 4);
+  CHECK(report.notes ==
+        std::vector<std::string>{"point array 'label' is not numeric (string) and is not carried",
+                                 "point array 'vtkGhostType' is not numeric (string) and is not carried"});
+  std::string no_points = text.file();
+  const std::size_t points = no_points.find("<Points>");
+  no_points.replace(no_points.find("Float", points), 7, "String");
+  CHECK_THAT(failure_of_text(no_points).message, Catch::Contains("points of piece 0 are text"));
+}
+
 TEST_CASE("cells of lower dimension are skipped beside volume cells", "[vtk]") {
   VtuText text;
   text.counts = R"(NumberOfPoints="4" NumberOfCells="5")";
