@@ -25,8 +25,7 @@ public:
   void costs(Vertex vs, std::span<const Vertex> targets, std::span<float> costs) const final;
   void collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified) final;
   void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const final;
-  /// The error of the domain that vs -> vd is believed to have, as a fraction of the diagonal.
-  [[nodiscard]] double domain_error(Vertex vs, Vertex vd) const;
+  [[nodiscard]] double domain_error(Vertex vs, Vertex vd) const final;
 
 protected:
   /// `field_weight`: one for each governing field, of errors as fractions of its range; `domain_weight`: of errors as

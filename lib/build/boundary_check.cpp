@@ -16,11 +16,19 @@ CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& mo
 
 CollapseStatus BoundaryCheck::measure(Vertex vs, Vertex vd, BoundaryMove& move, double enough) const {
   BoundarySurface::Workspace& workspace = workspaces_.local();
-  move.error = measures_samples() ? surface_.simulate(vs, vd, workspace)
-                                  : surface_.bound(vs, vd, std::min(enough, domain_limit_), workspace);
+  move.error = error_of(vs, vd, enough, workspace);
   if (*move.error > domain_limit_) return CollapseStatus::kDomainError;
   if (*move.error <= enough) BoundarySurface::take_handover(workspace, move.handover);
   return CollapseStatus::kAccepted;
+}
+
+double BoundaryCheck::error_of(Vertex vs, Vertex vd, double enough, BoundarySurface::Workspace& workspace) const {
+  switch (domain_error_) {
+  case DomainError::kPredicted: return diagonal_ * predictor_.domain_error(vs, vd);
+  case DomainError::kSampled: return surface_.simulate(vs, vd, workspace);
+  case DomainError::kBound: break;
+  }
+  return surface_.bound(vs, vd, std::min(enough, domain_limit_), workspace);
 }
 
 } // namespace ptet::build

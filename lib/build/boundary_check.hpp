@@ -4,6 +4,7 @@
 
 #include "build/boundary_surface.hpp"
 #include "build/collapse_check.hpp"
+#include "build/predictor.hpp"
 #include "build/working_complex.hpp"
 #include "ptet/build.hpp"
 
@@ -23,11 +24,12 @@ struct BoundaryMove {
 
 class BoundaryCheck {
 public:
-  /// `domain_error`: as the surface was made. `domain_limit`: mesh units. The others must outlive the object.
-  BoundaryCheck(const WorkingComplex& complex, const BoundarySurface& surface, DomainError domain_error,
-                double domain_limit)
-      : complex_(complex), surface_(surface), domain_error_(domain_error), domain_limit_(domain_limit),
-        workspaces_([&surface] { return BoundarySurface::Workspace(surface); }) {}
+  /// `domain_error`: as the surface was made. `diagonal`, `domain_limit`: mesh units. The others must outlive the
+  /// object.
+  BoundaryCheck(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
+                DomainError domain_error, double diagonal, double domain_limit)
+      : complex_(complex), surface_(surface), predictor_(predictor), domain_error_(domain_error), diagonal_(diagonal),
+        domain_limit_(domain_limit), workspaces_([&surface] { return BoundarySurface::Workspace(surface); }) {}
 
   /// kAccepted, or what stands against a collapse that moves the boundary, but for how far it moves.
   /// Thread rule: const.
@@ -40,13 +42,17 @@ public:
   /// handover. Thread rule: const.
   [[nodiscard]] CollapseStatus measure(Vertex vs, Vertex vd, BoundaryMove& move,
                                        double enough = std::numeric_limits<double>::infinity()) const;
-  /// Whether that is little work: samples are looked at.
-  [[nodiscard]] bool measures_samples() const { return domain_error_ == DomainError::kSampled; }
+  /// Whether that is little work: nothing is bounded.
+  [[nodiscard]] bool measures_quickly() const { return domain_error_ != DomainError::kBound; }
 
 private:
+  [[nodiscard]] double error_of(Vertex vs, Vertex vd, double enough, BoundarySurface::Workspace& workspace) const;
+
   const WorkingComplex& complex_;
   const BoundarySurface& surface_;
+  const Predictor& predictor_;
   DomainError domain_error_;
+  double diagonal_;
   double domain_limit_;
   mutable oneapi::tbb::enumerable_thread_specific<BoundarySurface::Workspace> workspaces_;
 };

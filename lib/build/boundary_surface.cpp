@@ -178,7 +178,8 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
   CornerClasses classes(faces);
   std::vector<VertexHandle> handle_of_class(3 * faces.size());
   m.surface.reserve(faces.size() / 2 + 3, faces.size() * 3 / 2 + 3, faces.size());
-  m.next_sample.assign(positions.size() + faces.size(), kNone);
+  const bool holds_samples = domain_error == DomainError::kSampled;
+  if (holds_samples) m.next_sample.assign(positions.size() + faces.size(), kNone);
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
     std::array<VertexHandle, 3> corners;
     for (std::uint32_t i = 0; i < 3; ++i) {
@@ -193,12 +194,14 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
       corners[i] = h;
     }
     const FaceHandle face = m.surface.add_face(corners[0], corners[1], corners[2]);
-    const auto& x0 = m.relative[faces[f][0]];
-    const auto& x1 = m.relative[faces[f][1]];
-    const auto& x2 = m.relative[faces[f][2]];
-    m.centroids.push_back((1.0 / 3.0) * (x0 + x1 + x2));
+    if (holds_samples) {
+      const auto& x0 = m.relative[faces[f][0]];
+      const auto& x1 = m.relative[faces[f][1]];
+      const auto& x2 = m.relative[faces[f][2]];
+      m.centroids.push_back((1.0 / 3.0) * (x0 + x1 + x2));
+    }
     if (face.is_valid()) {
-      m.surface.data(face).first_sample = static_cast<std::uint32_t>(positions.size() + f);
+      if (holds_samples) m.surface.data(face).first_sample = static_cast<std::uint32_t>(positions.size() + f);
       if (m.pieces) m.pieces->add(static_cast<std::uint32_t>(face.idx()), faces[f]);
     } else
       for (const Vertex v : faces[f])

@@ -1,7 +1,7 @@
-// The boundary while it is being collapsed: an OpenMesh half-edge surface whose faces each hold samples of the original
-// boundary (removed vertices, and the centroid of every original face), the domain error seen at them, bounds on it by
-// the pieces of the original boundary that they stand for (boundary_pieces.hpp), and an index that tells whether a
-// moving boundary would meet itself.
+// The boundary while it is being collapsed: an OpenMesh half-edge surface, and an index that tells whether a moving
+// boundary would meet itself. Where domain errors are measured its faces each hold samples of the original boundary
+// (removed vertices, and the centroid of every original face), or pieces of it, which give bounds
+// (boundary_pieces.hpp).
 //
 // Where the boundary is no manifold the surface is cut open: every fan of faces there gets a surface vertex of its own.
 //
@@ -23,8 +23,9 @@
 namespace ptet::build {
 
 enum class DomainError : std::uint8_t {
-  kSampled, ///< by simulate()
-  kBound,   ///< by bound()
+  kPredicted, ///< elsewhere: the faces hold nothing
+  kSampled,   ///< by simulate()
+  kBound,     ///< by bound()
 };
 
 class BoundarySurface {

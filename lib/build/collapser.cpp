@@ -26,7 +26,13 @@ bool wants_exact(const BuildOptions& options, const ErrorLimits& limits) {
 }
 
 DomainError domain_error_of(const BuildOptions& options) {
-  return options.evaluation == Evaluation::kExact ? DomainError::kBound : DomainError::kSampled;
+  switch (options.evaluation) {
+  case Evaluation::kNone: return DomainError::kPredicted;
+  case Evaluation::kExact: return DomainError::kBound;
+  case Evaluation::kVertices:
+  case Evaluation::kSamples: break;
+  }
+  return DomainError::kSampled;
 }
 
 } // namespace
@@ -41,12 +47,13 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
       complex_(prepared.used_vertex_count, prepared.mesh.tets, prepared.boundary_faces),
       surface_(complex_, prepared.points, scales_.diagonal, frozen_, domain_error_of(options),
                prepared.crossing_curves),
-      boundary_(complex_, surface_, domain_error_of(options), limits_.domain()),
       removed_(prepared.points, fields, scales_.diagonal,
                options.evaluation == Evaluation::kExact ? CoveredPoints::kStay : CoveredPoints::kMove),
       exact_(wants_exact(options, limits_) ? std::make_unique<ExactFieldError>(prepared, fields.view()) : nullptr),
       predictor_(choose_predictor(options.prediction, complex_, prepared.points, fields, scales_.diagonal,
                                   limits_.field_weights(), limits_.domain_weight(), whole)),
+      boundary_(complex_, surface_, *predictor_.predictor, domain_error_of(options), scales_.diagonal,
+                limits_.domain()),
       candidates_(
           complex_, surface_, *predictor_.predictor, predictor_.quadrics, cost_, options.prediction,
           round_fraction_of(options),
@@ -101,8 +108,8 @@ CollapseStatus Collapser::collapse(std::uint32_t round, const std::vector<double
   if (plan.moves_boundary) {
     CollapseStatus status = CollapseStatus::kAccepted;
     if (move == nullptr || !boundary_.stands(found)) status = boundary_.examine(plan, found);
-    // Samples are looked at before the fields, bounds, which take longer, after them.
-    if (status == CollapseStatus::kAccepted && boundary_.measures_samples() && !found.error)
+    // Bounds, which take longer than the fields, come after them.
+    if (status == CollapseStatus::kAccepted && boundary_.measures_quickly() && !found.error)
       status = boundary_.measure(plan.vs, plan.vd, found);
     if (status != CollapseStatus::kAccepted) return status;
   }

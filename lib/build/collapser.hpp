@@ -100,10 +100,10 @@ private:
   std::vector<char> frozen_; ///< by vertex
   WorkingComplex complex_;
   BoundarySurface surface_;
-  BoundaryCheck boundary_;
   RemovedVertices removed_;
   std::unique_ptr<ExactFieldError> exact_;
   ChosenPredictor predictor_;
+  BoundaryCheck boundary_;
   Candidates candidates_;
 
   // Of the collapse in hand.

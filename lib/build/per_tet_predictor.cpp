@@ -72,6 +72,12 @@ void PerTetPredictor::field_errors(Vertex vs, Vertex vd, std::span<double> error
                      [&](SlotId, std::size_t f, double error) { errors[f] = std::max(errors[f], error); });
 }
 
+double PerTetPredictor::domain_error(Vertex vs, Vertex vd) const {
+  double worst = 0;
+  for_each_face_error(vs, vd, [&](SlotId, double error) { worst = std::max(worst, error); });
+  return worst;
+}
+
 void PerTetPredictor::costs(Vertex vs, std::span<const Vertex> targets, std::span<float> costs) const {
   thread_local std::vector<double> errors;
   errors.resize(fields_.field_count());
@@ -81,7 +87,7 @@ void PerTetPredictor::costs(Vertex vs, std::span<const Vertex> targets, std::spa
     double cost = 0;
     for (std::size_t f = 0; f < errors.size(); ++f)
       cost = std::max(cost, field_weight_[f] * errors[f]);
-    for_each_face_error(vs, vd, [&](SlotId, double error) { cost = std::max(cost, domain_weight_ * error); });
+    cost = std::max(cost, domain_weight_ * domain_error(vs, vd));
     costs[i] = static_cast<float>(cost + kEdgeLengthWeight * inverse_diagonal_ * norm(positions_[vd] - positions_[vs]));
   }
 }

@@ -32,6 +32,7 @@ public:
   void costs(Vertex vs, std::span<const Vertex> targets, std::span<float> costs) const override;
   void collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified) override;
   void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const override;
+  [[nodiscard]] double domain_error(Vertex vs, Vertex vd) const override;
 
   /// E of the tet in a slot, one a field, as fractions of the ranges.
   [[nodiscard]] std::span<const double> tet_errors(SlotId slot) const {

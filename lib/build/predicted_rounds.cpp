@@ -95,7 +95,7 @@ CollapseStatus PredictedRounds::examine(Vertex vs, BoundaryMove& move, Trial& tr
   if (!trial.check().moves_boundary()) return status;
   move.error.reset();
   if (status == CollapseStatus::kAccepted) status = boundary.examine(trial.check().plan(), move);
-  if (status == CollapseStatus::kAccepted && boundary.measures_samples())
+  if (status == CollapseStatus::kAccepted && boundary.measures_quickly())
     status = boundary.measure(vs, trial.check().plan().vd, move);
   return status;
 }

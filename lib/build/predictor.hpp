@@ -25,6 +25,8 @@ public:
   /// The errors that the predictor believes vs -> vd to have: one a field as fractions of its range. What is recorded
   /// where no error is measured. Called before collapse().
   virtual void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const = 0;
+  /// Likewise of the domain, as a fraction of the diagonal; 0 inside it. Thread rule: as costs().
+  [[nodiscard]] virtual double domain_error(Vertex vs, Vertex vd) const = 0;
 };
 
 } // namespace ptet::build

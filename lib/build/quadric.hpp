@@ -76,7 +76,12 @@ struct PlaneQuadric {
   double dd = 0;
 
   void add_plane(double w, const Vec3& unit_normal) { nn.add_outer(w, unit_normal); }
+  /// sum w (n . x + d)^2
   [[nodiscard]] double at(const Vec3& x) const { return nn.form(x) + 2 * dot(nd, x) + dd; }
+  /// The sum of the magnitudes that at(x) is the sum of, or more.
+  [[nodiscard]] double magnitude_at(const Vec3& x) const { return weight() * dot(x, x) + 2 * norm(nd) * norm(x) + dd; }
+  /// sum w
+  [[nodiscard]] double weight() const { return nn.a[0] + nn.a[3] + nn.a[5]; }
   void add_moved(const PlaneQuadric& other, const Vec3& t) {
     const double moved_dd = other.at(t);
     const Vec3 nt = other.nn.times(t);

@@ -4,6 +4,12 @@
 #include <cmath>
 
 namespace ptet::build {
+namespace {
+
+/// A sum of squared distances to planes is rounding below this part of what it is the sum of.
+constexpr double kPlaneRounding = 1e-13;
+
+} // namespace
 
 QuadricPredictor::QuadricPredictor(const WorkingComplex& complex, const std::vector<Point>& positions,
                                    const NormalizedFields& fields, double diagonal, std::vector<double> field_weight,
@@ -113,6 +119,14 @@ void QuadricPredictor::field_errors(Vertex vs, Vertex vd, std::span<double> erro
     errors[fields_.field_of(c)] = weight > 0 ? std::sqrt(field_sq / weight) : 0;
     field_sq = 0;
   }
+}
+
+double QuadricPredictor::domain_error(Vertex vs, Vertex vd) const {
+  if (plane_index_[vs] == kNone) return 0;
+  const PlaneQuadric& quadric = plane_quadrics_[plane_index_[vs]];
+  const Vec3 x = inverse_diagonal_ * (positions_[vd] - positions_[vs]);
+  const double squared = quadric.at(x);
+  return squared > kPlaneRounding * quadric.magnitude_at(x) ? std::sqrt(squared / quadric.weight()) : 0;
 }
 
 } // namespace ptet::build

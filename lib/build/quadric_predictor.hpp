@@ -66,6 +66,8 @@ public:
   /// The weighted root mean square, over the tets whose quadrics vs carries, of how far the value at vd is from their
   /// linear fields.
   void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const override;
+  /// The root mean square of the distances of vd to the planes whose quadrics vs carries.
+  [[nodiscard]] double domain_error(Vertex vs, Vertex vd) const override;
 
 private:
   void add_tet(const Slot& tet, double mean_volume, QuadricWeight weight);

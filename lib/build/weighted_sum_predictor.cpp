@@ -44,6 +44,11 @@ void WeightedSumPredictor::field_errors(Vertex vs, Vertex vd, std::span<double> 
                               [&](std::size_t f, double difference) { errors[f] = difference; });
 }
 
+double WeightedSumPredictor::domain_error(Vertex vs, Vertex vd) const {
+  if (!is_on_boundary(complex_, vs)) return 0;
+  return inverse_diagonal_ * distance_to_modified_faces(complex_, positions_, vs, vd);
+}
+
 double WeightedSumPredictor::volume_term(Vertex vs, Vertex vd) const {
   if (!is_on_boundary(complex_, vs)) return 0;
   return inverse_diagonal_ * std::abs(volume_added(complex_, positions_, vs, vd)) / face_area_;

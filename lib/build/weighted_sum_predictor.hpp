@@ -48,6 +48,8 @@ public:
   void collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified) override;
   /// E_grad.
   void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const override;
+  /// How far vs is from the faces that are left: E_vol is no length.
+  [[nodiscard]] double domain_error(Vertex vs, Vertex vd) const override;
 
 private:
   [[nodiscard]] double volume_term(Vertex vs, Vertex vd) const;

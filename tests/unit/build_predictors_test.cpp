@@ -5,6 +5,7 @@
 #include "build/quadric_predictor.hpp"
 #include "build/weighted_sum_predictor.hpp"
 #include "build_predictor_fixture.hpp"
+#include "mesh/box_tree.hpp"
 
 #include <memory>
 #include <thread>
@@ -40,6 +41,19 @@ std::unique_ptr<Predictor> make(Kind kind, const Scene& s, const std::vector<dou
 
 std::vector<double> linear(const Point& p) {
   return {0.1 * p[0] - 7 * p[1] + p[2] / 3};
+}
+
+/// A bit for each side of the grid that `v` is on.
+unsigned sides_of(const Scene& scene, Vertex v) {
+  BoundingBox box;
+  for (const Point& p : scene.points())
+    box.add(p);
+  unsigned sides = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sides |= (scene.points()[v][axis] == box.low[axis] ? 1U : 0U) << axis;
+    sides |= (scene.points()[v][axis] == box.high[axis] ? 8U : 0U) << axis;
+  }
+  return sides;
 }
 
 constexpr auto kNothing = [](Vertex, Vertex) {};
@@ -143,6 +157,49 @@ TEST_CASE("predictors: the domain is accumulated too", "[build][predictor]") {
     };
     CHECK(scene.random_collapses(60, false, {predictor.get()}, before, after) == 60);
     CHECK(moved > 5);
+  }
+}
+
+TEST_CASE("predictors: the domain error is what the domain costs", "[build][predictor]") {
+  for (const Kind kind : {kLocal, kGradient, kPerTet}) {
+    CAPTURE(kind);
+    Scene scene(prepared_grid(curved));
+    const auto predictor = make(kind, scene, {1e-9}, 1);
+    int moved = 0;
+    const auto check = [&](Vertex vs, Vertex vd) {
+      const double error = predictor->domain_error(vs, vd);
+      CHECK(error == Approx(Scene::cost(*predictor, vs, vd) - scene.length_part(vs, vd)).margin(1e-6));
+      if (scene.is_inner(vs)) CHECK(error == 0);
+      moved += error > 1e-3 ? 1 : 0;
+    };
+    CHECK(scene.random_collapses(60, false, {predictor.get()}, check, kNothing) == 60);
+    CHECK(moved > 5);
+  }
+}
+
+TEST_CASE("predictors: what stays in its plane leaves the domain as it is", "[build][predictor]") {
+  ptet::test::GridOptions options;
+  options.jitter = 0;
+  const Scene scene(prepare(ptet::test::grid(options)));
+  for (int kind = 0; kind < kKinds; ++kind) {
+    CAPTURE(kind);
+    const auto predictor = make(static_cast<Kind>(kind), scene, std::vector<double>(scene.fields.field_count(), 1));
+    int within = 0;
+    int across = 0;
+    for (Vertex vs = 0; vs < scene.complex.vertex_count(); ++vs)
+      for (const Vertex vd : scene.neighbours(vs)) {
+        const double error = predictor->domain_error(vs, vd);
+        if (scene.is_inner(vs)) CHECK(error == 0);
+        if (scene.is_inner(vs) || scene.is_inner(vd)) continue;
+        const bool stays = (sides_of(scene, vs) & ~sides_of(scene, vd)) == 0;
+        (stays ? within : across) += 1;
+        if (stays)
+          CHECK(error == 0);
+        else
+          CHECK(error > 1e-3);
+      }
+    CHECK(within > 100);
+    CHECK(across > 20);
   }
 }
 

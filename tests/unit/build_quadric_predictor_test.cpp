@@ -29,6 +29,18 @@ TEST_CASE("quadric predictor: the error is the root mean square over the tets", 
   CHECK(scene.field_error(predictor, 0, 2) == Approx(9.0 / 9 * std::sqrt(0.5)));
 }
 
+TEST_CASE("quadric predictor: the domain error is the root mean square over the planes", "[build][predictor]") {
+  const Scene scene(octahedron(), scalars({1, 3, 5, 6, 2, 4, 10})); // of diagonal 4
+  QuadricPredictor predictor = make(scene);
+  CHECK(predictor.domain_error(6, 0) == 0);
+  // Of the planes at (1, 0, 0) two go through (0, 0, 1), and two are 2 / sqrt(3) away.
+  CHECK(predictor.domain_error(0, 4) == Approx(std::sqrt(2.0 / 3) / 4));
+  // Now it carries its own four, too: six of the eight are so far from (0, 0, -1), and half of them from (0, 1, 0).
+  predictor.merge(0, 4);
+  CHECK(predictor.domain_error(4, 5) == Approx(1.0 / 4));
+  CHECK(predictor.domain_error(4, 2) == Approx(std::sqrt(2.0 / 3) / 4));
+}
+
 TEST_CASE("quadric predictor: the interface says what the inline function says", "[build][predictor]") {
   Scene scene(prepared_grid(curved));
   QuadricPredictor told = make(scene);

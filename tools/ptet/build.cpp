@@ -362,7 +362,7 @@ void add_build(CLI::App& program) {
   command
       ->add_option(
           "--evaluate", arguments->evaluate,
-          "where field errors are measured, instead of the\n"
+          "where errors are measured, instead of the\n"
           "method's: exact (everywhere), samples (inside the\n"
           "original tets, and at removed vertices), vertices\n(these only: fast, and no bound in between) or none\n"
           "(as predicted); alone: with --predict quadric")

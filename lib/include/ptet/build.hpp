@@ -44,12 +44,12 @@ enum class Prediction {
                 ///< they are not the best any more
 };
 
-/// Where the recorded field errors are measured.
+/// Where the recorded errors are measured: those of fields, and how far the domain moves.
 enum class Evaluation {
   kNone,     ///< nowhere: what the prediction believes
-  kVertices, ///< at removed vertices: fast; between them the true error may be larger
-  kSamples,  ///< at removed vertices and samples in the original tets
-  kExact,    ///< everywhere: the exact maximum over each tet and the domain
+  kVertices, ///< at removed vertices: fast; between them the true error may be larger. The domain's: at samples
+  kSamples,  ///< at removed vertices and samples in the original tets. The domain's: at samples
+  kExact,    ///< everywhere: the exact maximum over each tet and the domain; a bound on that of the domain
 };
 
 /// Which field error is kept small, where collapses are simulated.

@@ -104,7 +104,7 @@ struct Extraction {
   /// that the face stands for is from it, and any of its points from the original boundary. In a file built with exact
   /// evaluation no point of either boundary is further from the other, which is to say that neither one-sided Hausdorff
   /// distance is larger; distances below 1e-12 of the diagonal count as none. In other files: sampled, from the
-  /// original boundary only.
+  /// original boundary only, or as predicted (Evaluation::kNone).
   double domain_error = 0;
   /// The same for parts of the mesh that the request names: in_focus[i] is of what meets Request::focus[i];
   /// at_values[i] of the tets whose values, widened by their own error, reach into Request::values[i]; in_view of what
