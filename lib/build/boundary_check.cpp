@@ -4,8 +4,13 @@
 
 namespace ptet::build {
 
-CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& move) const {
+void BoundaryCheck::outline(const CollapsePlan& plan, BoundaryMove& move) const {
   move.reach = surface_.reach(complex_, plan.vd, plan.modified);
+  surface_.find_changes(complex_, plan.vs, plan.vd, plan.modified, plan.deleted, move.changes);
+}
+
+CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& move) const {
+  outline(plan, move);
   if (!surface_.collapse_ok(plan.vs, plan.vd)) return CollapseStatus::kSurfaceTopology;
   BoundarySurface::Workspace& workspace = workspaces_.local();
   return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, workspace) ||

@@ -17,8 +17,9 @@ namespace ptet::build {
 
 /// What has been found of a collapse that moves the boundary.
 struct BoundaryMove {
-  BoundingBox reach;           ///< it is allowed until a face moves in here
-  std::optional<double> error; ///< the domain error, mesh units, once it has been asked for
+  BoundingBox reach;                    ///< it is allowed until a face moves in here
+  BoundarySurface::FaceChanges changes; ///< that it makes
+  std::optional<double> error;          ///< the domain error, mesh units, once it has been asked for
   BoundarySurface::Handover handover;
 };
 
@@ -31,7 +32,9 @@ public:
       : complex_(complex), surface_(surface), predictor_(predictor), domain_error_(domain_error), diagonal_(diagonal),
         domain_limit_(domain_limit), workspaces_([&surface] { return BoundarySurface::Workspace(surface); }) {}
 
-  /// kAccepted, or what stands against a collapse that moves the boundary, but for how far it moves.
+  /// Puts down the reach and the changes of such a collapse. Thread rule: const.
+  void outline(const CollapsePlan& plan, BoundaryMove& move) const;
+  /// The outline, and kAccepted, or what stands against a collapse that moves the boundary, but for how far it moves.
   /// Thread rule: const.
   [[nodiscard]] CollapseStatus examine(const CollapsePlan& plan, BoundaryMove& move) const;
   /// Whether what was accepted, since the surface last began with its changes, still is. Thread rule: const.

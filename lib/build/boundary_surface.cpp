@@ -18,6 +18,7 @@
 #pragma GCC diagnostic pop
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
@@ -141,13 +142,14 @@ struct BoundarySurface::Impl {
   }
   [[nodiscard]] SelfCrossings::Set curves_of(SlotId ghost) const { return curves[ghost - first_ghost]; }
   /// What a collapse makes is of all curves of what it consumed.
-  void join_curves(const WorkingComplex& complex, std::span<const SlotId> modified, std::span<const SlotId> deleted) {
+  void join_curves(const FaceChanges& changes) {
     SelfCrossings::Set all = SelfCrossings::kNone;
-    for (const std::span<const SlotId> part : {modified, deleted})
-      for (const SlotId s : part)
-        if (complex.is_ghost(complex.slot(s))) all = crossings.join(all, curves_of(s));
-    for (const SlotId s : modified)
-      if (complex.is_ghost(complex.slot(s))) curves[s - first_ghost] = all;
+    for (const FaceChanges::Moved& moved : changes.moved)
+      all = crossings.join(all, curves_of(moved.face));
+    for (const SlotId s : changes.gone)
+      all = crossings.join(all, curves_of(s));
+    for (const FaceChanges::Moved& moved : changes.moved)
+      curves[moved.face - first_ghost] = all;
   }
   [[nodiscard]] const Point& sample_position(std::uint32_t sample) const {
     return sample < relative.size() ? relative[sample] : centroids[sample - relative.size()];
@@ -445,8 +447,23 @@ bool BoundarySurface::has_moved(const BoundingBox& box) const {
   return impl_->index.has_moved(box);
 }
 
-void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
-                               std::span<const SlotId> deleted, const Handover& handover) {
+void BoundarySurface::find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                   std::span<const SlotId> modified, std::span<const SlotId> deleted,
+                                   FaceChanges& changes) const {
+  changes.gone.clear();
+  changes.moved.clear();
+  std::copy_if(deleted.begin(), deleted.end(), std::back_inserter(changes.gone),
+               [&](SlotId s) { return complex.is_ghost(complex.slot(s)); });
+  for (const SlotId s : modified) {
+    if (!complex.is_ghost(complex.slot(s))) continue;
+    Triangle face = face_of(complex.slot(s), complex.dummy());
+    std::replace(face.begin(), face.end(), vs, vd);
+    changes.moved.push_back(
+        {s, box_of(std::array{impl_->positions[face[0]], impl_->positions[face[1]], impl_->positions[face[2]]})});
+  }
+}
+
+void BoundarySurface::collapse(Vertex vs, Vertex vd, const FaceChanges& changes, const Handover& handover) {
   Impl& m = *impl_;
   m.surface.collapse(m.halfedge(vs, vd));
   m.handle[vs] = VertexHandle();
@@ -464,14 +481,11 @@ void BoundarySurface::collapse(const WorkingComplex& complex, Vertex vs, Vertex 
       first = held.sample;
     }
   }
-  if (!m.crossings.empty()) m.join_curves(complex, modified, deleted);
-  for (const SlotId s : deleted)
-    if (complex.is_ghost(complex.slot(s))) m.index.erase(s);
-  for (const SlotId s : modified)
-    if (complex.is_ghost(complex.slot(s))) {
-      const Triangle face = face_of(complex.slot(s), complex.dummy());
-      m.index.replace(s, {m.positions[face[0]], m.positions[face[1]], m.positions[face[2]]});
-    }
+  if (!m.crossings.empty()) m.join_curves(changes);
+  for (const SlotId s : changes.gone)
+    m.index.erase(s);
+  for (const FaceChanges::Moved& moved : changes.moved)
+    m.index.replace(moved.face, moved.box);
 }
 
 } // namespace ptet::build

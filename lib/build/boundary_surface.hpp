@@ -101,13 +101,24 @@ public:
   /// All that an answer of collapse_ok(), would_intersect() or would_pass_over() that is in favour of the collapse
   /// depends on: it stands until a face moves in this box.
   [[nodiscard]] BoundingBox reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const;
+  /// What a collapse makes of the faces around vs, by their ghosts.
+  struct FaceChanges {
+    struct Moved {
+      SlotId face;
+      BoundingBox box; ///< that it comes to
+    };
+    std::vector<SlotId> gone;
+    std::vector<Moved> moved;
+  };
+  /// Of vs -> vd, before the complex has changed.
+  void find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
+                    std::span<const SlotId> deleted, FaceChanges& changes) const;
   /// From now on has_moved() tells of collapses.
   void begin_changes();
   /// Whether a face of a collapse since then comes into this box. Thread rule: const.
   [[nodiscard]] bool has_moved(const BoundingBox& box) const;
-  /// vs is gone, and what its faces held has been handed over. To be called after the complex has changed.
-  void collapse(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
-                std::span<const SlotId> deleted, const Handover& handover);
+  /// vs is gone, and what its faces held has been handed over. Does not look at the complex.
+  void collapse(Vertex vs, Vertex vd, const FaceChanges& changes, const Handover& handover);
 
 private:
   [[nodiscard]] double hold(std::uint32_t sample, std::uint32_t likely, Workspace& workspace) const;

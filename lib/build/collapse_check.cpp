@@ -24,11 +24,13 @@ void CollapseCheck::classify() {
   plan_.deleted.clear();
   plan_.modified.clear();
   plan_.moves_boundary = moves_along_boundary_ = false;
+  plan_.height = 0;
   worst_old_ = 1;
   for (const SlotId s : complex_.star(plan_.vs)) {
     const Slot& slot = complex_.slot(s);
     const bool holds_vd = has_corner(slot.v, plan_.vd);
     (holds_vd ? plan_.deleted : plan_.modified).push_back(s);
+    plan_.height = std::max(plan_.height, slot.height + 1);
     if (complex_.is_ghost(slot)) {
       plan_.moves_boundary = true;
       moves_along_boundary_ |= holds_vd;

@@ -28,6 +28,7 @@ struct CollapsePlan {
   Vertex vs = kNone;
   Vertex vd = kNone;
   bool moves_boundary = false; ///< vs is a vertex of the boundary
+  std::uint32_t height = 0;    ///< of the record: one more than those below the star of vs
   std::vector<SlotId> deleted;
   std::vector<SlotId> modified;
   std::vector<float> new_quality; ///< of each modified slot after the collapse

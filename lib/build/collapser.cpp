@@ -10,8 +10,13 @@
 #include <span>
 #include <utility>
 
+#include <oneapi/tbb/parallel_invoke.h>
+
 namespace ptet::build {
 namespace {
+
+/// So many collapses are made by several threads: telling them of it takes as long as some collapses.
+constexpr std::size_t kWorthSharing = 8;
 
 /// So many vertices are to be left.
 std::uint32_t count_of_target(double target, std::uint32_t vertices) {
@@ -100,39 +105,59 @@ void Collapser::end_records() {
     records_.slots.push_back(complex_.tet_of(complex_.slot(s)));
 }
 
-CollapseStatus Collapser::collapse(std::uint32_t round, const std::vector<double>* measured, BoundaryMove* move) {
+CollapseStatus Collapser::collapse(std::uint32_t round, const std::vector<double>& measured, BoundaryMove& move) {
+  const CollapseStatus status = accept(round, &measured, move);
+  if (status != CollapseStatus::kAccepted) return status;
+  make_accepted();
+  candidates_.trial().swap(accepted_.front().plan);
+  return status;
+}
+
+CollapseStatus Collapser::accept(std::uint32_t round, const std::vector<double>* known, BoundaryMove& move) {
   Trial& trial = candidates_.trial();
   const CollapsePlan& plan = trial.check().plan();
-  BoundaryMove nothing;
-  BoundaryMove& found = move != nullptr ? *move : nothing;
   if (plan.moves_boundary) {
+    if (comes_near_accepted(move)) make_accepted();
     CollapseStatus status = CollapseStatus::kAccepted;
-    if (move == nullptr || !boundary_.stands(found)) status = boundary_.examine(plan, found);
+    if (!boundary_.stands(move)) status = boundary_.examine(plan, move);
     // Bounds, which take longer than the fields, come after them.
-    if (status == CollapseStatus::kAccepted && boundary_.measures_quickly() && !found.error)
-      status = boundary_.measure(plan.vs, plan.vd, found);
+    if (status == CollapseStatus::kAccepted && boundary_.measures_quickly() && !move.error)
+      status = boundary_.measure(plan.vs, plan.vd, move);
     if (status != CollapseStatus::kAccepted) return status;
   }
-  find_field_errors(trial, measured);
+  find_field_errors(trial, known);
   if (limits_.passed_by(field_errors_) || limits_.passed_by(outside_errors_)) return CollapseStatus::kFieldError;
-  if (measured == nullptr && exact_) {
+  if (known == nullptr && exact_) {
     std::vector<double> everywhere(field_errors_.size());
     if (!trial.measure(everywhere, nullptr, limits_.field(), [] { return false; })) return CollapseStatus::kFieldError;
   }
-  if (plan.moves_boundary && !found.error) {
-    const CollapseStatus status = boundary_.measure(plan.vs, plan.vd, found);
+  if (plan.moves_boundary && !move.error) {
+    const CollapseStatus status = boundary_.measure(plan.vs, plan.vd, move);
     if (status != CollapseStatus::kAccepted) return status;
   }
-  commit(trial, found, round);
+  put_down(trial, move, round);
   return CollapseStatus::kAccepted;
 }
 
+/// Whether a face that the accepted ones are to move comes into the reach.
+bool Collapser::comes_near_accepted(const BoundaryMove& move) const {
+  return std::any_of(accepted().begin(), accepted().end(), [&](const Accepted& other) {
+    return other.plan.moves_boundary && other.move.reach.meets(move.reach) &&
+           std::any_of(other.move.changes.moved.begin(), other.move.changes.moved.end(),
+                       [&](const auto& moved) { return moved.box.meets(move.reach); });
+  });
+}
+
+void Collapser::predicted_errors(const CollapsePlan& plan, std::vector<double>& errors) const {
+  errors.resize(fields_.field_count());
+  predictor_.predictor->field_errors(plan.vs, plan.vd, errors);
+}
+
 /// Of the half-edge that `trial` has accepted.
-void Collapser::find_field_errors(Trial& trial, const std::vector<double>* measured) {
-  field_errors_.resize(fields_.field_count());
+void Collapser::find_field_errors(Trial& trial, const std::vector<double>* known) {
   outside_errors_.clear();
-  if (options_.evaluation == Evaluation::kNone) {
-    predictor_.predictor->field_errors(trial.check().plan().vs, trial.check().plan().vd, field_errors_);
+  if (measures_nothing()) {
+    if (known == nullptr) predicted_errors(trial.check().plan(), field_errors_);
   } else {
     const RemovedVertices::Simulation& seen = trial.simulate();
     const bool everywhere = options_.evaluation == Evaluation::kExact;
@@ -140,7 +165,7 @@ void Collapser::find_field_errors(Trial& trial, const std::vector<double>* measu
     field_errors_.assign(stated.begin(), stated.end());
     if (everywhere) outside_errors_.assign(seen.errors_outside().begin(), seen.errors_outside().end());
   }
-  if (measured != nullptr) field_errors_ = *measured;
+  if (known != nullptr) field_errors_ = *known;
 }
 
 bool Collapser::collapse_again(Vertex vs, Vertex vd, std::uint32_t round) {
@@ -150,60 +175,106 @@ bool Collapser::collapse_again(Vertex vs, Vertex vd, std::uint32_t round) {
   const CollapseCheck& check = trial.check();
   if (trial.examine(vs, vd) != CollapseStatus::kAccepted || check.deleted().empty()) return false;
   BoundaryMove move;
-  if (check.moves_boundary() &&
-      (!surface_.collapse_ok(vs, vd) || boundary_.measure(vs, vd, move) != CollapseStatus::kAccepted))
-    return false;
-  if (options_.evaluation != Evaluation::kNone) trial.simulate();
+  if (check.moves_boundary()) {
+    boundary_.outline(check.plan(), move);
+    if (!surface_.collapse_ok(vs, vd) || boundary_.measure(vs, vd, move) != CollapseStatus::kAccepted) return false;
+  }
+  if (!measures_nothing()) trial.simulate();
   field_errors_.clear();
   outside_errors_.clear();
-  commit(trial, move, round);
+  put_down(trial, move, round);
+  make_accepted();
   return true;
 }
 
-void Collapser::commit(const Trial& trial, const BoundaryMove& move, std::uint32_t round) {
-  const CollapseCheck& check = trial.check();
-  const Vertex vs = check.plan().vs, vd = check.plan().vd;
-  const auto deleted = check.deleted();
-  const auto modified = check.modified();
-  const std::uint32_t height = height_of_record(vs);
-  for (const std::span<const SlotId> part : {modified, deleted})
-    records_.stars.insert(records_.stars.end(), part.begin(), part.end());
-  candidates_.forget(vd); // its own cost has changed, not only its star
-  for (const LinkVertex& x : check.plan().link)
-    candidates_.change_star(x, vd, height);
-
-  if (options_.evaluation != Evaluation::kNone) removed_.commit(complex_, deleted, trial.last_simulation());
-  predictor_.predictor->collapse(vs, vd, deleted, modified);
-  complex_.collapse(vs, vd, deleted, modified);
-  if (check.moves_boundary()) surface_.collapse(complex_, vs, vd, modified, deleted, move.handover);
-
-  records_.removed.push_back(VertexId{vs});
-  records_.target.push_back(VertexId{vd});
-  records_.round.push_back(round);
-  records_.star_begin.push_back(records_.stars.size());
-  records_.modified_count.push_back(static_cast<std::uint16_t>(modified.size()));
-  for (std::size_t m = 0; m < modified.size(); ++m) {
-    Slot& slot = complex_.slot(modified[m]);
-    slot.version = version_count_++;
-    slot.quality = check.new_quality()[m];
-    slot.height = height;
-  }
+/// Accepts what the trial has; what the removed vertices become is not put off.
+void Collapser::put_down(Trial& trial, BoundaryMove& move, std::uint32_t round) {
+  if (accepted_count_ == accepted_.size()) accepted_.emplace_back();
+  Accepted& next = accepted_[accepted_count_];
+  if (!measures_nothing()) removed_.commit(complex_, trial.check().deleted(), trial.last_simulation());
+  trial.swap(next.plan);
+  std::swap(next.move, move);
+  std::swap(next.field_errors, field_errors_);
+  std::swap(next.outside_errors, outside_errors_);
+  next.round = round;
+  next.first_version = version_count_;
+  version_count_ += static_cast<std::uint32_t>(next.plan.modified.size());
   if (version_count_ >= kNone / 2) throw Error(ErrorCode::kLimit, "the build makes more tets than 31-bit ids can name");
-  for (std::size_t f = 0; f < field_errors_.size(); ++f)
-    records_.field_error.push_back(field_errors_[f] * fields_.fields()[f].range);
-  for (std::size_t f = 0; f < outside_errors_.size(); ++f) // none where they are among the others
-    records_.outside_error.push_back(outside_errors_[f] * fields_.fields()[f].range);
-  records_.also_needs_begin.push_back(records_.also_needs.size());
-  records_.domain_error.push_back(check.moves_boundary() ? *move.error : 0);
-  depth_ = std::max(depth_, height);
+  depth_ = std::max(depth_, next.plan.height);
+  ++accepted_count_;
 }
 
-/// One more than the records below its star.
-std::uint32_t Collapser::height_of_record(Vertex vs) const {
-  std::uint32_t height = 0;
-  for (const SlotId s : complex_.star(vs))
-    height = std::max(height, complex_.slot(s).height);
-  return height + 1;
+void Collapser::make_accepted() {
+  if (accepted_count_ < kWorthSharing) {
+    tell_candidates();
+    tell_quadrics();
+    tell_complex();
+    tell_surface();
+    record();
+  } else {
+    oneapi::tbb::parallel_invoke([&] { tell_complex(); }, [&] { tell_surface(); },
+                                 [&] {
+                                   tell_candidates();
+                                   record();
+                                 },
+                                 [&] { tell_quadrics(); });
+  }
+  accepted_count_ = 0;
+}
+
+void Collapser::tell_candidates() {
+  for (const Accepted& made : accepted()) {
+    const CollapsePlan& plan = made.plan;
+    candidates_.forget(plan.vd); // its own cost has changed, not only its star
+    for (const LinkVertex& x : plan.link)
+      candidates_.change_star(x, plan.vd, plan.height);
+  }
+}
+
+/// The predictor, where it looks at quadrics and not at the complex.
+void Collapser::tell_quadrics() {
+  if (predictor_.quadrics == nullptr) return;
+  for (const Accepted& made : accepted())
+    predictor_.predictor->collapse(made.plan.vs, made.plan.vd, made.plan.deleted, made.plan.modified);
+}
+
+/// And any other predictor, before each collapse.
+void Collapser::tell_complex() {
+  for (const Accepted& made : accepted()) {
+    const CollapsePlan& plan = made.plan;
+    if (predictor_.quadrics == nullptr) predictor_.predictor->collapse(plan.vs, plan.vd, plan.deleted, plan.modified);
+    complex_.collapse(plan.vs, plan.vd, plan.deleted, plan.modified);
+    for (std::size_t m = 0; m < plan.modified.size(); ++m) {
+      Slot& slot = complex_.slot(plan.modified[m]);
+      slot.version = made.first_version + static_cast<std::uint32_t>(m);
+      slot.quality = plan.new_quality[m];
+      slot.height = plan.height;
+    }
+  }
+}
+
+void Collapser::tell_surface() {
+  for (const Accepted& made : accepted())
+    if (made.plan.moves_boundary) surface_.collapse(made.plan.vs, made.plan.vd, made.move.changes, made.move.handover);
+}
+
+void Collapser::record() {
+  for (const Accepted& made : accepted()) {
+    const CollapsePlan& plan = made.plan;
+    for (const std::span<const SlotId> part : {plan.modified, plan.deleted})
+      records_.stars.insert(records_.stars.end(), part.begin(), part.end());
+    records_.removed.push_back(VertexId{plan.vs});
+    records_.target.push_back(VertexId{plan.vd});
+    records_.round.push_back(made.round);
+    records_.star_begin.push_back(records_.stars.size());
+    records_.modified_count.push_back(static_cast<std::uint16_t>(plan.modified.size()));
+    for (std::size_t f = 0; f < made.field_errors.size(); ++f)
+      records_.field_error.push_back(made.field_errors[f] * fields_.fields()[f].range);
+    for (std::size_t f = 0; f < made.outside_errors.size(); ++f) // none where they are among the others
+      records_.outside_error.push_back(made.outside_errors[f] * fields_.fields()[f].range);
+    records_.also_needs_begin.push_back(records_.also_needs.size());
+    records_.domain_error.push_back(plan.moves_boundary ? *made.move.error : 0);
+  }
 }
 
 } // namespace ptet::build

@@ -1,10 +1,11 @@
 // The mesh while it is being collapsed: all that follows it, half-edge collapse by half-edge collapse, and the records
 // of what was done.
 //
-//   trial      (one a thread) has accepted vs -> vd by combinatorics, orientation and shape
-//   collapse   boundary, field errors, domain error: refused, or ...
-//   commit     candidates, removed vertices, predictor, complex, boundary surface: each is told, the complex before the
-//              surface and after the others; a record
+//   trial    (one a thread) has accepted vs -> vd by combinatorics, orientation and shape
+//   accept   boundary, field errors, domain error: refused, or put down. The removed vertices are told
+//   make     all that were accepted: candidates, quadrics, complex and boundary surface are told, and there are
+//   records.
+//            Each looks at nothing but itself, so they are told at the same time, each of one collapse after the other
 //
 // Source: Cignoni et al. 2000, sections 3.2 and 4.
 #pragma once
@@ -56,7 +57,7 @@ public:
 
   /// Vertices of the complex that are left.
   [[nodiscard]] std::uint32_t alive_count() const {
-    return complex_.vertex_count() - static_cast<std::uint32_t>(records_.size());
+    return complex_.vertex_count() - static_cast<std::uint32_t>(records_.size() + accepted_count_);
   }
   /// And those of the mesh that are in no tet.
   [[nodiscard]] std::uint64_t vertices_left() const { return prepared_.mesh.vertex_count() - records_.size(); }
@@ -66,12 +67,20 @@ public:
   /// Longest chain of records that depend on one another.
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
 
-  /// Makes the collapse that this thread's trial has accepted, unless the boundary or an error stands against it.
-  /// `measured`: its field errors, exactly, one a field, fractions of the ranges; null: they are those at the removed
-  /// vertices, or as predicted. `move`: what has been found of it since begin_changes(), where it moves the boundary;
-  /// null: nothing. What is not known yet joins it.
-  CollapseStatus collapse(std::uint32_t round, const std::vector<double>* measured = nullptr,
-                          BoundaryMove* move = nullptr);
+  /// Accepts the collapse that this thread's trial has, unless the boundary or an error stands against it. Those that
+  /// were accepted and are not made have stars, and targets, that it does not touch; where its boundary comes near
+  /// theirs, they are made first. `known`: its field errors, one a field, fractions of the ranges, as measured exactly
+  /// or by predicted_errors(); null: they are those at the removed vertices, or as predicted. `move`: what has been
+  /// found of it since begin_changes(), where it moves the boundary. What is accepted is taken out of the trial and of
+  /// `move`.
+  [[nodiscard]] CollapseStatus accept(std::uint32_t round, const std::vector<double>* known, BoundaryMove& move);
+  /// Makes what was accepted, in that order.
+  void make_accepted();
+  /// Makes the collapse that this thread's trial has accepted, as accept() says. The trial keeps it.
+  [[nodiscard]] CollapseStatus collapse(std::uint32_t round, const std::vector<double>& measured, BoundaryMove& move);
+  /// What is to be recorded of the fields where nothing is measured. Thread rule: const.
+  void predicted_errors(const CollapsePlan& plan, std::vector<double>& errors) const;
+  [[nodiscard]] bool measures_nothing() const { return options_.evaluation == Evaluation::kNone; }
   /// What boundary() says from now on is compared with what changes from now on.
   void begin_changes() { surface_.begin_changes(); }
   /// Makes a collapse that was accepted before: nothing is asked that only refuses, and its field errors are left for
@@ -81,10 +90,25 @@ public:
   void end_records();
 
 private:
+  /// A collapse that is to be made.
+  struct Accepted {
+    CollapsePlan plan;
+    BoundaryMove move;
+    std::uint32_t round = 0;
+    std::uint32_t first_version = 0;                  ///< that it makes
+    std::vector<double> field_errors, outside_errors; ///< one a field, or none that are to be recorded
+  };
+
   void begin_records();
-  void find_field_errors(Trial& trial, const std::vector<double>* measured);
-  void commit(const Trial& trial, const BoundaryMove& move, std::uint32_t round);
-  [[nodiscard]] std::uint32_t height_of_record(Vertex vs) const;
+  void find_field_errors(Trial& trial, const std::vector<double>* known);
+  void put_down(Trial& trial, BoundaryMove& move, std::uint32_t round);
+  [[nodiscard]] bool comes_near_accepted(const BoundaryMove& move) const;
+  [[nodiscard]] std::span<const Accepted> accepted() const { return {accepted_.data(), accepted_count_}; }
+  void tell_candidates();
+  void tell_quadrics();
+  void tell_complex();
+  void tell_surface();
+  void record();
 
   const PreparedMesh& prepared_;
   const NormalizedFields& fields_;
@@ -94,8 +118,8 @@ private:
   ErrorLimits limits_;
   CollapseCost cost_;
   std::uint32_t target_count_;
-  std::uint32_t depth_ = 0;
-  std::uint32_t version_count_ = 0; ///< so far
+  std::uint32_t depth_ = 0;         ///< of the accepted, too
+  std::uint32_t version_count_ = 0; ///< so far, with the accepted
 
   std::vector<char> frozen_; ///< by vertex
   WorkingComplex complex_;
@@ -108,6 +132,9 @@ private:
 
   // Of the collapse in hand.
   std::vector<double> field_errors_, outside_errors_; ///< one a field, or none that are to be recorded
+
+  std::vector<Accepted> accepted_; ///< room for those that are made at the same time
+  std::size_t accepted_count_ = 0; ///< so many of these are in use
 };
 
 } // namespace ptet::build

@@ -17,8 +17,6 @@ namespace ptet::build {
 
 class FaceIndex {
 public:
-  using Corners = std::array<Point, 3>;
-
   /// `ghosts`: all of the complex, ascending; none has gone.
   void build(const WorkingComplex& complex, const std::vector<Point>& positions, std::span<const SlotId> ghosts) {
     if (ghosts.empty()) return;
@@ -54,7 +52,8 @@ public:
     put(s, {});
     if (2 * --count_ < arranged_) arrange_anew();
   }
-  void replace(SlotId s, const Corners& corners) { put(s, box_of(corners)); }
+  /// The face has moved into this box.
+  void replace(SlotId s, const BoundingBox& box) { put(s, box); }
 
 private:
   /// Shows the faces whose box meets this one, below nodes that are `of_interest`, to `look`, while that is true.

@@ -173,7 +173,7 @@ CollapseStatus MeasuredRounds::collapse(Vertex vs, std::uint32_t round, Verdict&
   CollapseStatus status = trial.examine(vs, vd);
   if (status != CollapseStatus::kAccepted) return status;
   const double added = trial.check().moves_boundary() ? volume_added(complex_, collapser_.positions(), vs, vd) : 0;
-  status = collapser_.collapse(round, &verdict.errors, &verdict.move);
+  status = collapser_.collapse(round, verdict.errors, verdict.move);
   if (status == CollapseStatus::kAccepted) record_squared_errors(trial.check(), verdict.integrals, added);
   return status;
 }

@@ -30,6 +30,7 @@ void PredictedRounds::take(const std::vector<Vertex>& picked, std::uint32_t roun
     });
     for (std::size_t i = 0; i < claim_count_ && !collapser_.at_target(); ++i)
       if (!take_claim(claims_[i])) waiting.push_back(claims_[i].vs);
+    collapser_.make_accepted();
   }
 }
 
@@ -81,6 +82,7 @@ void PredictedRounds::examine_claim(Claim& claim, Trial& trial) {
     const CollapseStatus status = examine(claim.vs, claim.move, trial);
     if (status == CollapseStatus::kAccepted) {
       trial.swap(claim.plan);
+      if (collapser_.measures_nothing()) collapser_.predicted_errors(claim.plan, claim.field_errors);
       return;
     }
     candidates_.count_refusal(status);
@@ -103,24 +105,31 @@ CollapseStatus PredictedRounds::examine(Vertex vs, BoundaryMove& move, Trial& tr
 /// False when its best half-edge within the round's cost, if there is one, is yet to be examined.
 bool PredictedRounds::take_claim(Claim& claim) {
   if (claim.plan.vs == kNone) return true;
-  const Vertex vs = claim.vs, vd = claim.plan.vd;
+  const Vertex vs = claim.vs;
   Trial& trial = candidates_.trial();
   CollapseStatus status = CollapseStatus::kAccepted;
-  if (claimed_[vd] == claim_stamp_) // another collapse has changed its star
+  const std::vector<double>* known = collapser_.measures_nothing() ? &claim.field_errors : nullptr;
+  if (claimed_[claim.plan.vd] == claim_stamp_) { // another collapse changes its star
+    collapser_.make_accepted();
     status = examine(vs, claim.move, trial);
-  else
+    known = nullptr;
+  } else {
     trial.swap(claim.plan);
-  if (status == CollapseStatus::kAccepted) status = collapser_.collapse(round_, nullptr, &claim.move);
+  }
+  // The stars of these change if it is accepted.
+  changing_.clear();
+  for (const LinkVertex& x : trial.check().plan().link)
+    changing_.push_back(x.vertex);
+  if (status == CollapseStatus::kAccepted) status = collapser_.accept(round_, known, claim.move);
   ++report_.collapses[static_cast<std::size_t>(status)];
   if (status != CollapseStatus::kAccepted) {
     candidates_.drop_best(vs, round_);
     return false;
   }
   touched_[vs] = round_;
-  claimed_[vd] = claim_stamp_;
-  for (const LinkVertex& x : trial.check().plan().link) {
-    touched_[x.vertex] = round_;
-    claimed_[x.vertex] = claim_stamp_;
+  for (const Vertex x : changing_) {
+    touched_[x] = round_;
+    claimed_[x] = claim_stamp_;
   }
   return true;
 }

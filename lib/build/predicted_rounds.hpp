@@ -1,5 +1,5 @@
 // Takes the collapses of a round by what was predicted of them: again and again the first of those left that do not
-// depend on one another are examined in parallel, and collapsed one by one.
+// depend on one another are examined in parallel, accepted one by one, and made together.
 //
 //   picked     a  b  c  d  e  f  g ...     in the order in which they are to be taken
 //   claims     a     c        f            free of whatever stands before them: examined at the same time
@@ -28,8 +28,9 @@ public:
 private:
   struct Claim {
     Vertex vs = kNone;
-    CollapsePlan plan; ///< of the half-edge that is to be taken; of none: its vs is kNone
-    BoundaryMove move; ///< of that
+    CollapsePlan plan;                ///< of the half-edge that is to be taken; of none: its vs is kNone
+    BoundaryMove move;                ///< of that
+    std::vector<double> field_errors; ///< of that, where nothing is measured
   };
 
   [[nodiscard]] std::size_t claim_stars(const std::vector<Vertex>& picked, std::size_t next,
@@ -47,6 +48,7 @@ private:
   std::vector<std::uint32_t> touched_; ///< by vertex: the last round in which its star changed
   std::vector<Claim> claims_;          ///< room for those that are examined at the same time
   std::size_t claim_count_ = 0;        ///< so many of these are in use
+  std::vector<Vertex> changing_;       ///< link of the claim in hand
   std::vector<std::uint32_t>
       claimed_; ///< by vertex: odd stamps for stars that are claimed, even for those that changed
   std::uint32_t claim_stamp_ = 0;

@@ -43,8 +43,10 @@ struct Moving {
     build::BoundarySurface::Handover handover;
     build::BoundarySurface::take_handover(workspace, handover);
     classify(vs, vd);
+    build::BoundarySurface::FaceChanges changes;
+    surface.find_changes(fixture.complex, vs, vd, modified, deleted, changes);
     fixture.complex.collapse(vs, vd, deleted, modified);
-    surface.collapse(fixture.complex, vs, vd, modified, deleted, handover);
+    surface.collapse(vs, vd, changes, handover);
     return error;
   }
   double simulate(Vertex vs, Vertex vd) { return surface.simulate(vs, vd, workspace); }

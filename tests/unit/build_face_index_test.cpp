@@ -79,7 +79,7 @@ TEST_CASE("face index: finds what a look at all faces finds, down to the last on
     if (!left.empty()) {
       const SlotId moves = left[random() % left.size()];
       const std::array<Point, 3> corners{somewhere(), somewhere(), somewhere()};
-      index.replace(moves, corners);
+      index.replace(moves, box_of(corners));
       boxes[moves] = box_of(corners);
       moved[moves] = 1;
       CHECK(index.box(moves).low == boxes[moves].low);
