@@ -74,6 +74,8 @@ public:
   /// found of it since begin_changes(), where it moves the boundary. What is accepted is taken out of the trial and of
   /// `move`.
   [[nodiscard]] CollapseStatus accept(std::uint32_t round, const std::vector<double>* known, BoundaryMove& move);
+  /// Of those that are yet to be made; there must be one.
+  [[nodiscard]] const CollapsePlan& last_accepted() const { return accepted_[accepted_count_ - 1].plan; }
   /// Makes what was accepted, in that order.
   void make_accepted();
   /// Makes the collapse that this thread's trial has accepted, as accept() says. The trial keeps it.

@@ -116,10 +116,6 @@ bool PredictedRounds::take_claim(Claim& claim) {
   } else {
     trial.swap(claim.plan);
   }
-  // The stars of these change if it is accepted.
-  changing_.clear();
-  for (const LinkVertex& x : trial.check().plan().link)
-    changing_.push_back(x.vertex);
   if (status == CollapseStatus::kAccepted) status = collapser_.accept(round_, known, claim.move);
   ++report_.collapses[static_cast<std::size_t>(status)];
   if (status != CollapseStatus::kAccepted) {
@@ -127,9 +123,9 @@ bool PredictedRounds::take_claim(Claim& claim) {
     return false;
   }
   touched_[vs] = round_;
-  for (const Vertex x : changing_) {
-    touched_[x] = round_;
-    claimed_[x] = claim_stamp_;
+  for (const LinkVertex& x : collapser_.last_accepted().link) {
+    touched_[x.vertex] = round_;
+    claimed_[x.vertex] = claim_stamp_;
   }
   return true;
 }

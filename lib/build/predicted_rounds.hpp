@@ -48,7 +48,6 @@ private:
   std::vector<std::uint32_t> touched_; ///< by vertex: the last round in which its star changed
   std::vector<Claim> claims_;          ///< room for those that are examined at the same time
   std::size_t claim_count_ = 0;        ///< so many of these are in use
-  std::vector<Vertex> changing_;       ///< link of the claim in hand
   std::vector<std::uint32_t>
       claimed_; ///< by vertex: odd stamps for stars that are claimed, even for those that changed
   std::uint32_t claim_stamp_ = 0;
