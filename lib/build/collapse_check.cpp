@@ -20,7 +20,8 @@ CollapseCheck::CollapseCheck(const WorkingComplex& complex, const std::vector<Po
     : complex_(complex), positions_(positions), min_quality_(static_cast<float>(min_quality)), max_star_(max_star),
       mark_(complex.vertex_count() + 1) {}
 
-void CollapseCheck::classify() {
+/// False as soon as a tet is found that vs -> vd would invert: most of what is refused is refused for that.
+bool CollapseCheck::classify() {
   plan_.deleted.clear();
   plan_.modified.clear();
   plan_.moves_boundary = moves_along_boundary_ = false;
@@ -35,9 +36,11 @@ void CollapseCheck::classify() {
       plan_.moves_boundary = true;
       moves_along_boundary_ |= holds_vd;
     } else {
+      if (!holds_vd && inverts(slot)) return false;
       worst_old_ = std::min(worst_old_, slot.quality);
     }
   }
+  return true;
 }
 
 void CollapseCheck::mark_links() {
@@ -122,21 +125,16 @@ bool CollapseCheck::link_condition() {
   return true;
 }
 
-bool CollapseCheck::inverts() const {
+/// Of a modified tet.
+bool CollapseCheck::inverts(const Slot& slot) const {
   const Vertex vs = plan_.vs, vd = plan_.vd;
-  for (const SlotId s : plan_.modified) {
-    const Slot& slot = complex_.slot(s);
-    if (complex_.is_ghost(slot)) continue;
-    const auto at = [&](std::size_t i) -> const Point& { return positions_[slot.v[i] == vs ? vd : slot.v[i]]; };
-    const int sign = orientation(at(0), at(1), at(2), at(3));
-    if (sign > 0) continue;
-    // A flat tet of the input may stay flat, and no other tet becomes flat. Its faces may turn over in their plane:
-    // those on the boundary are looked at there.
-    const bool was_flat = sign == 0 && orientation(positions_[slot.v[0]], positions_[slot.v[1]], positions_[slot.v[2]],
-                                                   positions_[slot.v[3]]) == 0;
-    if (!was_flat) return true;
-  }
-  return false;
+  const auto at = [&](std::size_t i) -> const Point& { return positions_[slot.v[i] == vs ? vd : slot.v[i]]; };
+  const int sign = orientation(at(0), at(1), at(2), at(3));
+  if (sign > 0) return false;
+  // A flat tet of the input may stay flat, and no other tet becomes flat. Its faces may turn over in their plane: those
+  // on the boundary are looked at there.
+  return sign < 0 ||
+         orientation(positions_[slot.v[0]], positions_[slot.v[1]], positions_[slot.v[2]], positions_[slot.v[3]]) != 0;
 }
 
 bool CollapseCheck::spoils_shapes() {
@@ -166,7 +164,7 @@ CollapseStatus CollapseCheck::examine(Vertex vs, Vertex vd) {
   const std::size_t size_vs = complex_.star(vs).size();
   const std::size_t size_vd = complex_.star(vd).size();
   if (size_vs > kMaxRemovedStar) return CollapseStatus::kStarTooLarge;
-  classify();
+  if (!classify()) return CollapseStatus::kInverted;
   // A boundary vertex leaves the boundary as it is only along an edge of it.
   if (plan_.moves_boundary && !moves_along_boundary_) return CollapseStatus::kBoundaryVertex;
   const std::size_t new_size = size_vs + size_vd - 2 * plan_.deleted.size();
@@ -177,7 +175,6 @@ CollapseStatus CollapseCheck::examine(Vertex vs, Vertex vd) {
   };
   if (loses_all_tets()) return CollapseStatus::kLinkCondition;
   // The link condition last: it refuses least, and visits the star of vd.
-  if (inverts()) return CollapseStatus::kInverted;
   if (spoils_shapes()) return CollapseStatus::kQuality;
   mark_links();
   if (!link_condition()) return CollapseStatus::kLinkCondition;

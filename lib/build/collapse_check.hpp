@@ -55,11 +55,11 @@ public:
 private:
   using Edge = std::array<Vertex, 2>;
 
-  void classify();
+  [[nodiscard]] bool classify();
   void mark_links();
   [[nodiscard]] bool link_condition();
   void common_edges(const Slot& slot, Vertex apex, std::vector<Edge>& into) const;
-  [[nodiscard]] bool inverts() const;
+  [[nodiscard]] bool inverts(const Slot& slot) const;
   [[nodiscard]] bool spoils_shapes();
   void find_joining();
 
