@@ -13,7 +13,7 @@ CollapseStatus BoundaryCheck::examine(const CollapsePlan& plan, BoundaryMove& mo
   outline(plan, move);
   if (!surface_.collapse_ok(plan.vs, plan.vd)) return CollapseStatus::kSurfaceTopology;
   BoundarySurface::Workspace& workspace = workspaces_.local();
-  return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, workspace) ||
+  return surface_.would_intersect(complex_, plan.vs, plan.vd, plan.modified, move.changes, workspace) ||
                  surface_.would_pass_over(complex_, plan.vs, plan.vd, plan.modified, workspace)
              ? CollapseStatus::kSelfIntersection
              : CollapseStatus::kAccepted;

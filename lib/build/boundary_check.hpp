@@ -39,6 +39,13 @@ public:
   [[nodiscard]] CollapseStatus examine(const CollapsePlan& plan, BoundaryMove& move) const;
   /// Whether what was accepted, since the surface last began with its changes, still is. Thread rule: const.
   [[nodiscard]] bool stands(const BoundaryMove& move) const { return !surface_.has_moved(move.reach); }
+  /// Whether two that were accepted at the same time, and have no end in the star of the other's vs, cannot both be
+  /// made because their faces would meet. Nothing else can come between them: the surface around the ends of one is not
+  /// what the other changes, and of the vertices that one must not pass over the other only takes away. Thread rule:
+  /// const.
+  [[nodiscard]] bool would_meet(const BoundaryMove& one, const BoundaryMove& other) const {
+    return one.reach.meets(other.reach) && surface_.would_meet(one.changes, other.changes);
+  }
 
   /// kAccepted, or kDomainError where the domain error of such a collapse is beyond the limit. It depends on the faces
   /// around vs alone. Beyond `enough` (mesh units) it may be any value between that and the error, and there is no

@@ -55,6 +55,10 @@ Triangle face_of(const Slot& ghost, Vertex dummy) {
   return {kNone, kNone, kNone};
 }
 
+Face ids(const Triangle& t) {
+  return {VertexId{t[0]}, VertexId{t[1]}, VertexId{t[2]}};
+}
+
 /// Classes of face corners that are joined by manifold edges: one surface vertex for each.
 class CornerClasses {
 public:
@@ -328,21 +332,33 @@ void BoundarySurface::take_handover(Workspace& w, Handover& handover) {
   if (w.division_) handover.pieces = w.division_->handover();
 }
 
-bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                      std::span<const SlotId> modified, Workspace& w) const {
-  const Impl& m = *impl_;
-  std::vector<Triangle>& made = w.made_;
-  made.clear();
-  BoundingBox all;
-  bool moves = false;
+void BoundarySurface::find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                   std::span<const SlotId> modified, std::span<const SlotId> deleted,
+                                   FaceChanges& changes) const {
+  const std::vector<Point>& positions = impl_->positions;
+  changes.gone.clear();
+  changes.moved.clear();
+  std::copy_if(deleted.begin(), deleted.end(), std::back_inserter(changes.gone),
+               [&](SlotId s) { return complex.is_ghost(complex.slot(s)); });
   for (const SlotId s : modified) {
     if (!complex.is_ghost(complex.slot(s))) continue;
     Triangle face = face_of(complex.slot(s), complex.dummy());
     std::replace(face.begin(), face.end(), vs, vd);
-    made.push_back(face);
-    for (const Vertex x : face)
-      all.add(m.positions[x]);
-    moves |= orientation(m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vs]) != 0;
+    changes.moved.push_back({s, face, box_of(std::array{positions[face[0]], positions[face[1]], positions[face[2]]})});
+  }
+}
+
+bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                      std::span<const SlotId> modified, const FaceChanges& changes,
+                                      Workspace& w) const {
+  const Impl& m = *impl_;
+  const std::span<const FaceChanges::Moved> made = changes.moved;
+  BoundingBox all;
+  bool moves = false;
+  for (const FaceChanges::Moved& face : made) {
+    all.join(face.box);
+    moves |= orientation(m.positions[face.corners[0]], m.positions[face.corners[1]], m.positions[face.corners[2]],
+                         m.positions[vs]) != 0;
   }
   // In its own plane the surface stays the same set of points where the tets behind it stay positive. In front of flat
   // tets, faces may turn over in it.
@@ -352,7 +368,6 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
     return !complex.is_ghost(slot) && orientation(at(0), at(1), at(2), at(3)) == 0;
   };
   if (!moves && std::none_of(modified.begin(), modified.end(), is_flat)) return false;
-  const auto ids = [](const Triangle& t) { return Face{VertexId{t[0]}, VertexId{t[1]}, VertexId{t[2]}}; };
   w.curves_.clear();
   if (!m.crossings.empty())
     for (const SlotId s : complex.star(vs))
@@ -366,20 +381,27 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
   m.index.query(all, w.hits_);
   std::erase_if(w.hits_, [&](SlotId s) { return has_corner(complex.slot(s).v, vs); }); // they go
   for (std::size_t i = 0; i < made.size(); ++i) {
+    const Face face = ids(made[i].corners);
     for (std::size_t j = i + 1; j < made.size(); ++j)
-      if (faces_meet_improperly(ids(made[i]), ids(made[j]), m.positions)) return true;
-    const BoundingBox box =
-        box_of(std::array{m.positions[made[i][0]], m.positions[made[i][1]], m.positions[made[i][2]]});
-    const FacePlane plane(ids(made[i]), m.positions);
+      if (faces_meet_improperly(face, ids(made[j].corners), m.positions)) return true;
+    const FacePlane plane(face, m.positions);
     for (const SlotId s : w.hits_) {
-      if (!m.index.box(s).meets(box)) continue;
+      if (!m.index.box(s).meets(made[i].box)) continue;
       const Face other = ids(face_of(complex.slot(s), complex.dummy()));
-      if (!plane.surely_misses(other, m.positions) && faces_meet_improperly(ids(made[i]), other, m.positions) &&
-          (share_vertex(ids(made[i]), other) || !may_cross(s)))
+      if (!plane.surely_misses(other, m.positions) && faces_meet_improperly(face, other, m.positions) &&
+          (share_vertex(face, other) || !may_cross(s)))
         return true;
     }
   }
   return false;
+}
+
+bool BoundarySurface::would_meet(const FaceChanges& one, const FaceChanges& other) const {
+  return std::any_of(one.moved.begin(), one.moved.end(), [&](const FaceChanges::Moved& a) {
+    return std::any_of(other.moved.begin(), other.moved.end(), [&](const FaceChanges::Moved& b) {
+      return a.box.meets(b.box) && faces_meet_improperly(ids(a.corners), ids(b.corners), impl_->positions);
+    });
+  });
 }
 
 bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
@@ -387,7 +409,7 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
   const Impl& m = *impl_;
   if (m.shell.empty()) return false;
   // A face around vs sweeps the tet of its corners and vd.
-  std::vector<Triangle>& swept = w.made_;
+  std::vector<Triangle>& swept = w.swept_;
   swept.clear();
   std::uint32_t shell = 0;
   for (const SlotId s : modified) {
@@ -447,23 +469,7 @@ bool BoundarySurface::has_moved(const BoundingBox& box) const {
   return impl_->index.has_moved(box);
 }
 
-void BoundarySurface::find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                   std::span<const SlotId> modified, std::span<const SlotId> deleted,
-                                   FaceChanges& changes) const {
-  changes.gone.clear();
-  changes.moved.clear();
-  std::copy_if(deleted.begin(), deleted.end(), std::back_inserter(changes.gone),
-               [&](SlotId s) { return complex.is_ghost(complex.slot(s)); });
-  for (const SlotId s : modified) {
-    if (!complex.is_ghost(complex.slot(s))) continue;
-    Triangle face = face_of(complex.slot(s), complex.dummy());
-    std::replace(face.begin(), face.end(), vs, vd);
-    changes.moved.push_back(
-        {s, box_of(std::array{impl_->positions[face[0]], impl_->positions[face[1]], impl_->positions[face[2]]})});
-  }
-}
-
-void BoundarySurface::collapse(Vertex vs, Vertex vd, const FaceChanges& changes, const Handover& handover) {
+void BoundarySurface::collapse(Vertex vs, Vertex vd, const Handover& handover) {
   Impl& m = *impl_;
   m.surface.collapse(m.halfedge(vs, vd));
   m.handle[vs] = VertexHandle();
@@ -481,6 +487,10 @@ void BoundarySurface::collapse(Vertex vs, Vertex vd, const FaceChanges& changes,
       first = held.sample;
     }
   }
+}
+
+void BoundarySurface::move_faces(const FaceChanges& changes) {
+  Impl& m = *impl_;
   if (!m.crossings.empty()) m.join_curves(changes);
   for (const SlotId s : changes.gone)
     m.index.erase(s);

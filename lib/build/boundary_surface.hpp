@@ -71,7 +71,7 @@ public:
     std::optional<BoundaryPieces::Division> division_;
     std::vector<std::uint32_t> fine_, coarse_;
     std::vector<PatchTriangle> fine_triangles_, coarse_triangles_;
-    std::vector<std::array<Vertex, 3>> made_;
+    std::vector<std::array<Vertex, 3>> swept_;
     std::vector<SlotId> hits_;
     std::vector<SelfCrossings::Set> curves_;
   };
@@ -88,11 +88,28 @@ public:
   [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit, Workspace& workspace) const;
   /// Of the last simulation, or bound where there are bounds; it is taken out of the workspace.
   static void take_handover(Workspace& workspace, Handover& handover);
+  /// What a collapse makes of the faces around vs, by their ghosts.
+  struct FaceChanges {
+    struct Moved {
+      SlotId face;
+      std::array<Vertex, 3> corners; ///< that it gets, outward oriented
+      BoundingBox box;               ///< of those
+    };
+    std::vector<SlotId> gone;
+    std::vector<Moved> moved;
+  };
+  /// Of vs -> vd, before the complex has changed.
+  void find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
+                    std::span<const SlotId> deleted, FaceChanges& changes) const;
   /// Whether a face that vs -> vd would make meets another present face anywhere but where they join, unless both stand
-  /// for faces of one curve along which the original crosses itself (self_crossings.hpp).
+  /// for faces of one curve along which the original crosses itself (self_crossings.hpp). `changes`: of the collapse.
   /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                     std::span<const SlotId> modified, Workspace& workspace) const;
+                                     std::span<const SlotId> modified, const FaceChanges& changes,
+                                     Workspace& workspace) const;
+  /// Whether a face that one collapse would make meets one that another would make, anywhere but where they join.
+  /// Thread rule: const.
+  [[nodiscard]] bool would_meet(const FaceChanges& one, const FaceChanges& other) const;
   /// Whether vs -> vd would carry the surface past something of another shell: what lies wholly in the space that the
   /// faces around vs sweep meets none of the new ones, but would be on the other side of them. Shells that cross one
   /// another in the original count as one. Thread rule: const; one workspace a thread.
@@ -101,24 +118,15 @@ public:
   /// All that an answer of collapse_ok(), would_intersect() or would_pass_over() that is in favour of the collapse
   /// depends on: it stands until a face moves in this box.
   [[nodiscard]] BoundingBox reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const;
-  /// What a collapse makes of the faces around vs, by their ghosts.
-  struct FaceChanges {
-    struct Moved {
-      SlotId face;
-      BoundingBox box; ///< that it comes to
-    };
-    std::vector<SlotId> gone;
-    std::vector<Moved> moved;
-  };
-  /// Of vs -> vd, before the complex has changed.
-  void find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
-                    std::span<const SlotId> deleted, FaceChanges& changes) const;
   /// From now on has_moved() tells of collapses.
   void begin_changes();
   /// Whether a face of a collapse since then comes into this box. Thread rule: const.
   [[nodiscard]] bool has_moved(const BoundingBox& box) const;
-  /// vs is gone, and what its faces held has been handed over. Does not look at the complex.
-  void collapse(Vertex vs, Vertex vd, const FaceChanges& changes, const Handover& handover);
+  /// vs is gone, and what its faces held has been handed over. Does not look at the complex. To be told of the same
+  /// collapses: move_faces(). Thread rule: the two may be called at the same time, each by one thread.
+  void collapse(Vertex vs, Vertex vd, const Handover& handover);
+  /// The faces of a collapse are where it has moved them.
+  void move_faces(const FaceChanges& changes);
 
 private:
   [[nodiscard]] double hold(std::uint32_t sample, std::uint32_t likely, Workspace& workspace) const;

@@ -117,7 +117,6 @@ CollapseStatus Collapser::accept(std::uint32_t round, const std::vector<double>*
   Trial& trial = candidates_.trial();
   const CollapsePlan& plan = trial.check().plan();
   if (plan.moves_boundary) {
-    if (comes_near_accepted(move)) make_accepted();
     CollapseStatus status = CollapseStatus::kAccepted;
     if (!boundary_.stands(move)) status = boundary_.examine(plan, move);
     // Bounds, which take longer than the fields, come after them.
@@ -139,12 +138,9 @@ CollapseStatus Collapser::accept(std::uint32_t round, const std::vector<double>*
   return CollapseStatus::kAccepted;
 }
 
-/// Whether a face that the accepted ones are to move comes into the reach.
-bool Collapser::comes_near_accepted(const BoundaryMove& move) const {
+bool Collapser::meets_accepted(const BoundaryMove& move) const {
   return std::any_of(accepted().begin(), accepted().end(), [&](const Accepted& other) {
-    return other.plan.moves_boundary && other.move.reach.meets(move.reach) &&
-           std::any_of(other.move.changes.moved.begin(), other.move.changes.moved.end(),
-                       [&](const auto& moved) { return moved.box.meets(move.reach); });
+    return other.plan.moves_boundary && boundary_.would_meet(move, other.move);
   });
 }
 
@@ -210,9 +206,10 @@ void Collapser::make_accepted() {
     tell_quadrics();
     tell_complex();
     tell_surface();
+    tell_faces();
     record();
   } else {
-    oneapi::tbb::parallel_invoke([&] { tell_complex(); }, [&] { tell_surface(); },
+    oneapi::tbb::parallel_invoke([&] { tell_complex(); }, [&] { tell_surface(); }, [&] { tell_faces(); },
                                  [&] {
                                    tell_candidates();
                                    record();
@@ -255,7 +252,12 @@ void Collapser::tell_complex() {
 
 void Collapser::tell_surface() {
   for (const Accepted& made : accepted())
-    if (made.plan.moves_boundary) surface_.collapse(made.plan.vs, made.plan.vd, made.move.changes, made.move.handover);
+    if (made.plan.moves_boundary) surface_.collapse(made.plan.vs, made.plan.vd, made.move.handover);
+}
+
+void Collapser::tell_faces() {
+  for (const Accepted& made : accepted())
+    if (made.plan.moves_boundary) surface_.move_faces(made.move.changes);
 }
 
 void Collapser::record() {

@@ -68,14 +68,13 @@ public:
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
 
   /// Accepts the collapse that this thread's trial has, unless the boundary or an error stands against it. Those that
-  /// were accepted and are not made have stars, and targets, that it does not touch; where its boundary comes near
-  /// theirs, they are made first. `known`: its field errors, one a field, fractions of the ranges, as measured exactly
-  /// or by predicted_errors(); null: they are those at the removed vertices, or as predicted. `move`: what has been
-  /// found of it since begin_changes(), where it moves the boundary. What is accepted is taken out of the trial and of
-  /// `move`.
+  /// were accepted and are not made have stars, and targets, that it does not touch, nor does it meet them.
+  /// `known`: its field errors, one a field, fractions of the ranges, as measured exactly or by predicted_errors();
+  /// null: they are those at the removed vertices, or as predicted. `move`: what has been found of it since
+  /// begin_changes(), where it moves the boundary. What is accepted is taken out of the trial and of `move`.
   [[nodiscard]] CollapseStatus accept(std::uint32_t round, const std::vector<double>* known, BoundaryMove& move);
-  /// Of those that are yet to be made; there must be one.
-  [[nodiscard]] const CollapsePlan& last_accepted() const { return accepted_[accepted_count_ - 1].plan; }
+  /// Whether the boundary would meet itself once those, too, are made.
+  [[nodiscard]] bool meets_accepted(const BoundaryMove& move) const;
   /// Makes what was accepted, in that order.
   void make_accepted();
   /// Makes the collapse that this thread's trial has accepted, as accept() says. The trial keeps it.
@@ -104,12 +103,12 @@ private:
   void begin_records();
   void find_field_errors(Trial& trial, const std::vector<double>* known);
   void put_down(Trial& trial, BoundaryMove& move, std::uint32_t round);
-  [[nodiscard]] bool comes_near_accepted(const BoundaryMove& move) const;
   [[nodiscard]] std::span<const Accepted> accepted() const { return {accepted_.data(), accepted_count_}; }
   void tell_candidates();
   void tell_quadrics();
   void tell_complex();
   void tell_surface();
+  void tell_faces();
   void record();
 
   const PreparedMesh& prepared_;

@@ -105,11 +105,7 @@ private:
   }
   [[nodiscard]] BoundingBox joined(std::size_t node) const {
     BoundingBox box = boxes_[2 * node];
-    const BoundingBox& other = boxes_[2 * node + 1];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.low[axis] = std::min(box.low[axis], other.low[axis]);
-      box.high[axis] = std::max(box.high[axis], other.high[axis]);
-    }
+    box.join(boxes_[2 * node + 1]);
     return box;
   }
   void put(SlotId s, const BoundingBox& box) {

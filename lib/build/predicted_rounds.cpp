@@ -15,70 +15,72 @@ constexpr std::size_t kClaims = 128;
 
 PredictedRounds::PredictedRounds(Collapser& collapser, BuildReport& report)
     : collapser_(collapser), complex_(collapser.complex()), candidates_(collapser.candidates()), report_(report),
-      touched_(complex_.vertex_count()), claimed_(complex_.vertex_count() + 1) {}
+      claimed_(complex_.vertex_count() + 1) {}
 
-void PredictedRounds::take(const std::vector<Vertex>& picked, std::uint32_t round) {
-  round_ = round;
+void PredictedRounds::take(std::vector<Vertex> picked, std::uint32_t round) {
   std::vector<Vertex> waiting;
-  for (std::size_t next = 0; !collapser_.at_target() && (next < picked.size() || !waiting.empty());) {
-    next = claim_stars(picked, next, waiting);
-    collapser_.begin_changes();
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, claim_count_, 16), [&](const auto& range) {
-      Trial& trial = candidates_.trial();
-      for (std::size_t i = range.begin(); i != range.end(); ++i)
-        examine_claim(claims_[i], trial);
-    });
-    for (std::size_t i = 0; i < claim_count_ && !collapser_.at_target(); ++i)
-      if (!take_claim(claims_[i])) waiting.push_back(claims_[i].vs);
-    collapser_.make_accepted();
+  for (; !picked.empty(); picked.swap(waiting), waiting.clear()) {
+    for (std::size_t next = 0; next < picked.size();) {
+      if (collapser_.at_target()) return;
+      next = claim_stars(picked, next, waiting);
+      collapser_.begin_changes();
+      oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, claim_count_, 8), [&](const auto& range) {
+        Trial& trial = candidates_.trial();
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+          examine_claim(claims_[i], round, trial);
+      });
+      for (std::size_t i = 0; i < claim_count_ && !collapser_.at_target(); ++i)
+        if (!take_claim(claims_[i], round)) waiting.push_back(claims_[i].vs);
+      collapser_.make_accepted();
+    }
   }
 }
 
-/// Sorts vertices that may still go in this round, first those that are `waiting` and then those of `picked` from
-/// place `next` on, into claims, which depend on nobody before them, and others, which wait on. Returns the place of
-/// the first that was not looked at.
+/// Makes claims of the vertices of `picked`, from place `next` on, that may still go and whose half-edge does not touch
+/// the stars of those before them; the others wait. Returns the place of the first that was not looked at.
 std::size_t PredictedRounds::claim_stars(const std::vector<Vertex>& picked, std::size_t next,
                                          std::vector<Vertex>& waiting) {
-  ++claim_stamp_;
+  first_number_ += static_cast<std::uint32_t>(claim_count_);
+  if (first_number_ > kNone - kClaims) { // the numbers have gone round
+    std::fill(claimed_.begin(), claimed_.end(), 0);
+    first_number_ = 1;
+  }
   claim_count_ = 0;
-  std::size_t kept = 0;
-  const auto claim = [&](Vertex vs) {
-    if (claim_count_ == claims_.size()) claims_.emplace_back();
-    claims_[claim_count_++].vs = vs;
-  };
-  const auto look_at = [&](Vertex vs) {
-    if (!may_go(vs)) return true;
-    const bool free = claimed_[vs] != claim_stamp_ && claimed_[candidates_.best(vs).target] != claim_stamp_;
-    if (free) claim(vs);
-    // Who waits comes before what it would touch, too.
-    for (const SlotId s : complex_.star(vs))
-      for (const Vertex x : complex_.slot(s).v)
-        claimed_[x] = claim_stamp_;
-    return free;
-  };
-  for (const Vertex vs : waiting)
-    if (!look_at(vs)) waiting[kept++] = vs;
-  waiting.resize(kept);
-  for (; next < picked.size() && claim_count_ < kClaims && waiting.size() < kClaims; ++next) {
+  for (; next < picked.size() && claim_count_ < kClaims; ++next) {
     if (next + WorkingComplex::kPrefetch < picked.size())
       complex_.prefetch_star(picked[next + WorkingComplex::kPrefetch]);
-    if (!look_at(picked[next])) waiting.push_back(picked[next]);
+    const Vertex vs = picked[next];
+    if (!may_go(vs)) continue;
+    if (is_claimed(vs) || is_claimed(candidates_.best(vs).target)) {
+      waiting.push_back(vs);
+      continue;
+    }
+    if (claim_count_ == claims_.size()) claims_.emplace_back();
+    Claim& claim = claims_[claim_count_];
+    claim.vs = vs;
+    claim.number = first_number_ + static_cast<std::uint32_t>(claim_count_++);
+    for (const SlotId s : complex_.star(vs))
+      for (const Vertex x : complex_.slot(s).v)
+        if (!is_claimed(x)) claimed_[x] = claim.number;
   }
-  ++claim_stamp_; // from now on for what has changed
   return next;
 }
 
 /// Whether the star of `vs` is as it was when the round began, and its best half-edge within the round's cost.
 bool PredictedRounds::may_go(Vertex vs) const {
-  return touched_[vs] != round_ && candidates_.best(vs).target != kNone &&
+  return !candidates_.has_changed(vs) && candidates_.best(vs).target != kNone &&
          candidates_.best(vs).cost <= candidates_.round_cost();
 }
 
 /// Goes down the half-edges of the claim's vertex to the first that is not refused by the stars of its ends, nor by the
-/// boundary as it is now: of that `plan` tells, if there is one.
-void PredictedRounds::examine_claim(Claim& claim, Trial& trial) {
+/// boundary as it is now: of that `plan` tells, if there is one. Where it touches the star of a claim before this one,
+/// the claim waits.
+void PredictedRounds::examine_claim(Claim& claim, std::uint32_t round, Trial& trial) {
   claim.plan.vs = kNone;
+  claim.waits = false;
   while (may_go(claim.vs)) {
+    claim.waits = claimed_[candidates_.best(claim.vs).target] < claim.number;
+    if (claim.waits) return;
     const CollapseStatus status = examine(claim.vs, claim.move, trial);
     if (status == CollapseStatus::kAccepted) {
       trial.swap(claim.plan);
@@ -86,7 +88,7 @@ void PredictedRounds::examine_claim(Claim& claim, Trial& trial) {
       return;
     }
     candidates_.count_refusal(status);
-    candidates_.drop_best(claim.vs, round_);
+    candidates_.drop_best(claim.vs, round);
   }
 }
 
@@ -103,31 +105,16 @@ CollapseStatus PredictedRounds::examine(Vertex vs, BoundaryMove& move, Trial& tr
 }
 
 /// False when its best half-edge within the round's cost, if there is one, is yet to be examined.
-bool PredictedRounds::take_claim(Claim& claim) {
-  if (claim.plan.vs == kNone) return true;
-  const Vertex vs = claim.vs;
-  Trial& trial = candidates_.trial();
-  CollapseStatus status = CollapseStatus::kAccepted;
-  const std::vector<double>* known = collapser_.measures_nothing() ? &claim.field_errors : nullptr;
-  if (claimed_[claim.plan.vd] == claim_stamp_) { // another collapse changes its star
-    collapser_.make_accepted();
-    status = examine(vs, claim.move, trial);
-    known = nullptr;
-  } else {
-    trial.swap(claim.plan);
-  }
-  if (status == CollapseStatus::kAccepted) status = collapser_.accept(round_, known, claim.move);
+bool PredictedRounds::take_claim(Claim& claim, std::uint32_t round) {
+  if (claim.plan.vs == kNone) return !claim.waits;
+  if (claim.plan.moves_boundary && collapser_.meets_accepted(claim.move)) return false;
+  candidates_.trial().swap(claim.plan);
+  const CollapseStatus status =
+      collapser_.accept(round, collapser_.measures_nothing() ? &claim.field_errors : nullptr, claim.move);
   ++report_.collapses[static_cast<std::size_t>(status)];
-  if (status != CollapseStatus::kAccepted) {
-    candidates_.drop_best(vs, round_);
-    return false;
-  }
-  touched_[vs] = round_;
-  for (const LinkVertex& x : collapser_.last_accepted().link) {
-    touched_[x.vertex] = round_;
-    claimed_[x.vertex] = claim_stamp_;
-  }
-  return true;
+  if (status == CollapseStatus::kAccepted) return true;
+  candidates_.drop_best(claim.vs, round);
+  return false;
 }
 
 } // namespace ptet::build

@@ -1,6 +1,7 @@
 #include "build/rounds.hpp"
 
 #include <string_view>
+#include <utility>
 
 namespace ptet::build {
 
@@ -17,7 +18,7 @@ void Rounds::run(const std::function<void()>& within, const std::function<void()
   while (!collapser_.at_target()) {
     ++state_.round;
     candidates.predict(state_.round, within);
-    const auto picked = candidates.pick();
+    auto picked = candidates.pick();
     if (picked.empty()) {
       if (state_.swept) break;
       // Refusals may have lost their reason by collapses near by: look at everything once more.
@@ -27,7 +28,7 @@ void Rounds::run(const std::function<void()>& within, const std::function<void()
       continue;
     }
     const std::size_t before = collapser_.records().size();
-    take(picked, within);
+    take(std::move(picked), within);
     if (collapser_.records().size() != before) {
       state_.swept = false;
       ++report_.rounds;
@@ -43,11 +44,11 @@ void Rounds::run(const std::function<void()>& within, const std::function<void()
   report_.simulations += candidates.simulations();
 }
 
-void Rounds::take(const std::vector<Vertex>& picked, const std::function<void()>& within) {
+void Rounds::take(std::vector<Vertex> picked, const std::function<void()>& within) {
   if (measured_)
     measured_->take(picked, state_.round, within);
   else
-    predicted_->take(picked, state_.round);
+    predicted_->take(std::move(picked), state_.round);
 }
 
 void Rounds::go_on_from_collapses() {

@@ -54,7 +54,7 @@ public:
   }
 
 private:
-  void take(const std::vector<Vertex>& picked, const std::function<void()>& within);
+  void take(std::vector<Vertex> picked, const std::function<void()>& within);
   [[nodiscard]] StatusCounts refusals() const;
   [[nodiscard]] StatusCounts refusals_of_last_sweep() const;
   [[nodiscard]] std::string why_stuck() const;

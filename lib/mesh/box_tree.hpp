@@ -26,6 +26,12 @@ struct BoundingBox {
       high[axis] = std::max(high[axis], p[axis]);
     }
   }
+  void join(const BoundingBox& other) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], other.low[axis]);
+      high[axis] = std::max(high[axis], other.high[axis]);
+    }
+  }
   /// Closed boxes: touching counts.
   [[nodiscard]] bool meets(const BoundingBox& other) const {
     return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&

@@ -154,6 +154,20 @@ std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records,
   return curves;
 }
 
+/// Pairs of boundary faces that meet improperly and were there at the same time while the builder went on.
+std::size_t pairs_at_one_time(const History& history) {
+  const auto& [all, maker, consumer, faces, points] = history;
+  const auto is_there_when_made = [&](std::size_t f, std::size_t g) {
+    return maker[g] == test::CutMesh::kOriginal || consumer[f] == test::CutMesh::kOriginal || consumer[f] > maker[g];
+  };
+  std::size_t count = 0;
+  for_each_near_pair(faces, [&](const Bounded& a, const Bounded& b) {
+    if (is_there_when_made(a.version, b.version) && is_there_when_made(b.version, a.version))
+      count += static_cast<std::size_t>(faces_meet_improperly(a.face, b.face, points));
+  });
+  return count;
+}
+
 /// Pairs of all the boundary faces there ever were that meet improperly and that some closed cut holds both of.
 std::size_t pairs_in_one_cut(const RecordStream& records, const History& history) {
   const auto& [all, maker, consumer, faces, points] = history;
@@ -369,6 +383,7 @@ TEST_CASE("cuts of thin double sheets do not cross themselves") {
       CHECK(built.records.validate().empty());
       const History history(built.records, built.prepared.points);
       REQUIRE(crossings(history, std::vector<char>(built.records.size(), 1)) == 0);
+      CHECK(pairs_at_one_time(history) == 0);
       const Tally tally = try_cuts(built, 30, random);
       CHECK(tally.crossings == 0);
       check_each_is_needed(built, 8);

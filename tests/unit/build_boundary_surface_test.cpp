@@ -29,8 +29,8 @@ struct Moving {
   build::BoundarySurface::Workspace workspace{surface};
 
   bool would_intersect(Vertex vs, Vertex vd) {
-    classify(vs, vd);
-    return surface.would_intersect(fixture.complex, vs, vd, modified, workspace);
+    const build::BoundarySurface::FaceChanges changes = changes_of(vs, vd);
+    return surface.would_intersect(fixture.complex, vs, vd, modified, changes, workspace);
   }
   bool would_pass_over(Vertex vs, Vertex vd) {
     classify(vs, vd);
@@ -42,12 +42,17 @@ struct Moving {
     const double error = simulate(vs, vd);
     build::BoundarySurface::Handover handover;
     build::BoundarySurface::take_handover(workspace, handover);
+    const build::BoundarySurface::FaceChanges changes = changes_of(vs, vd);
+    fixture.complex.collapse(vs, vd, deleted, modified);
+    surface.collapse(vs, vd, handover);
+    surface.move_faces(changes);
+    return error;
+  }
+  build::BoundarySurface::FaceChanges changes_of(Vertex vs, Vertex vd) {
     classify(vs, vd);
     build::BoundarySurface::FaceChanges changes;
     surface.find_changes(fixture.complex, vs, vd, modified, deleted, changes);
-    fixture.complex.collapse(vs, vd, deleted, modified);
-    surface.collapse(vs, vd, changes, handover);
-    return error;
+    return changes;
   }
   double simulate(Vertex vs, Vertex vd) { return surface.simulate(vs, vd, workspace); }
   BoundingBox reach(Vertex vs, Vertex vd) {
@@ -351,6 +356,8 @@ TEST_CASE("boundary: faces that were moved are met where they are now", "[build]
   Moving m(both(lower, kTent, upper, kTent));
   m.surface.begin_changes();
   CHECK_FALSE(m.would_intersect(6, 8));
+  CHECK(m.surface.would_meet(m.changes_of(0, 2), m.changes_of(6, 8)));
+  CHECK_FALSE(m.surface.would_meet(m.changes_of(0, 2), m.changes_of(6, 9)));
   const BoundingBox reach = m.reach(6, 8);
   CHECK_FALSE(m.surface.has_moved(reach));
   REQUIRE_FALSE(m.would_intersect(0, 2));
