@@ -39,12 +39,13 @@ public:
   [[nodiscard]] CollapseStatus examine(const CollapsePlan& plan, BoundaryMove& move) const;
   /// Whether what was accepted, since the surface last began with its changes, still is. Thread rule: const.
   [[nodiscard]] bool stands(const BoundaryMove& move) const { return !surface_.has_moved(move.reach); }
-  /// Whether two that were accepted at the same time, and have no end in the star of the other's vs, cannot both be
-  /// made because their faces would meet. Nothing else can come between them: the surface around the ends of one is not
-  /// what the other changes, and of the vertices that one must not pass over the other only takes away. Thread rule:
-  /// const.
-  [[nodiscard]] bool would_meet(const BoundaryMove& one, const BoundaryMove& other) const {
-    return one.reach.meets(other.reach) && surface_.would_meet(one.changes, other.changes);
+  /// Whether a move may no longer be allowed once an earlier one has been made, where both were examined at the same
+  /// time and neither of its ends is in the star of the vertex that the earlier one removes: their faces may meet.
+  /// Nothing else can come between them, as the surface around its ends stays, and vertices that it must not pass over
+  /// only become fewer. True too where both stand for one curve along which the original crosses itself.
+  /// Thread rule: const.
+  [[nodiscard]] bool may_meet(const BoundaryMove& move, const BoundaryMove& earlier) const {
+    return move.reach.meets(earlier.reach) && surface_.would_meet(move.changes, earlier.changes);
   }
 
   /// kAccepted, or kDomainError where the domain error of such a collapse is beyond the limit. It depends on the faces

@@ -98,7 +98,7 @@ public:
     std::vector<SlotId> gone;
     std::vector<Moved> moved;
   };
-  /// Of vs -> vd, before the complex has changed.
+  /// Of vs -> vd, before the complex has changed. Thread rule: const.
   void find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
                     std::span<const SlotId> deleted, FaceChanges& changes) const;
   /// Whether a face that vs -> vd would make meets another present face anywhere but where they join, unless both stand
@@ -116,14 +116,15 @@ public:
   [[nodiscard]] bool would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                      std::span<const SlotId> modified, Workspace& workspace) const;
   /// All that an answer of collapse_ok(), would_intersect() or would_pass_over() that is in favour of the collapse
-  /// depends on: it stands until a face moves in this box.
+  /// depends on: it stands until a face moves in this box. Thread rule: const.
   [[nodiscard]] BoundingBox reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const;
   /// From now on has_moved() tells of collapses.
   void begin_changes();
   /// Whether a face of a collapse since then comes into this box. Thread rule: const.
   [[nodiscard]] bool has_moved(const BoundingBox& box) const;
-  /// vs is gone, and what its faces held has been handed over. Does not look at the complex. To be told of the same
-  /// collapses: move_faces(). Thread rule: the two may be called at the same time, each by one thread.
+  /// vs is gone, and what its faces held has been handed over. Does not look at the complex. Every collapse
+  /// is told to this and to move_faces(), in the same order. Thread rule: the two may be called at the same time, each
+  /// by one thread, and contains() for vertices that stay.
   void collapse(Vertex vs, Vertex vd, const Handover& handover);
   /// The faces of a collapse are where it has moved them.
   void move_faces(const FaceChanges& changes);

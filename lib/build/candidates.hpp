@@ -78,7 +78,7 @@ public:
     dirty_[v] = 1;
     pages_[v].whole = false;
   }
-  /// Whether the star of `v` has changed since its page was brought up to date.
+  /// Whether the star of `v` has changed since its page was brought up to date. Thread rule: const.
   [[nodiscard]] bool has_changed(Vertex v) const { return dirty_[v] != 0; }
   /// A collapse vs -> vd, the record of which has this height, has changed the star of a vertex of Lk(vs).
   void change_star(const LinkVertex& v, Vertex vd, std::uint32_t height);

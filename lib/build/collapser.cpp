@@ -138,9 +138,9 @@ CollapseStatus Collapser::accept(std::uint32_t round, const std::vector<double>*
   return CollapseStatus::kAccepted;
 }
 
-bool Collapser::meets_accepted(const BoundaryMove& move) const {
+bool Collapser::may_meet_accepted(const BoundaryMove& move) const {
   return std::any_of(accepted().begin(), accepted().end(), [&](const Accepted& other) {
-    return other.plan.moves_boundary && boundary_.would_meet(move, other.move);
+    return other.plan.moves_boundary && boundary_.may_meet(move, other.move);
   });
 }
 

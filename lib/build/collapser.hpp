@@ -3,9 +3,9 @@
 //
 //   trial    (one a thread) has accepted vs -> vd by combinatorics, orientation and shape
 //   accept   boundary, field errors, domain error: refused, or put down. The removed vertices are told
-//   make     all that were accepted: candidates, quadrics, complex and boundary surface are told, and there are
-//   records.
-//            Each looks at nothing but itself, so they are told at the same time, each of one collapse after the other
+//   make     all that were accepted: candidates, quadrics, complex, boundary surface and its faces are told, and there
+//            are records. None looks at what another changes, so they are told at the same time, each of one collapse
+//            after the other
 //
 // Source: Cignoni et al. 2000, sections 3.2 and 4.
 #pragma once
@@ -67,14 +67,15 @@ public:
   /// Longest chain of records that depend on one another.
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
 
-  /// Accepts the collapse that this thread's trial has, unless the boundary or an error stands against it. Those that
-  /// were accepted and are not made have stars, and targets, that it does not touch, nor does it meet them.
+  /// Accepts the collapse that this thread's trial has, unless the boundary or an error stands against it. It is to be
+  /// made after those that were accepted and are not made: neither of its ends is in the star of a vertex that one of
+  /// these removes, nor does it meet them.
   /// `known`: its field errors, one a field, fractions of the ranges, as measured exactly or by predicted_errors();
   /// null: they are those at the removed vertices, or as predicted. `move`: what has been found of it since
   /// begin_changes(), where it moves the boundary. What is accepted is taken out of the trial and of `move`.
   [[nodiscard]] CollapseStatus accept(std::uint32_t round, const std::vector<double>* known, BoundaryMove& move);
-  /// Whether the boundary would meet itself once those, too, are made.
-  [[nodiscard]] bool meets_accepted(const BoundaryMove& move) const;
+  /// Whether the boundary may meet itself where this is made after those.
+  [[nodiscard]] bool may_meet_accepted(const BoundaryMove& move) const;
   /// Makes what was accepted, in that order.
   void make_accepted();
   /// Makes the collapse that this thread's trial has accepted, as accept() says. The trial keeps it.

@@ -236,10 +236,8 @@ private:
     }
     if (s.fine.empty()) return;
     BoundingBox all;
-    for (const FineFace& mine : s.fine) {
-      all.add(mine.box.low);
-      all.add(mine.box.high);
-    }
+    for (const FineFace& mine : s.fine)
+      all.join(mine.box);
     s.near.clear();
     const auto original_count = static_cast<std::uint32_t>(faces_.original_count());
     tree_->each_meeting(all, faces_.first_made(r + 1) - original_count,

@@ -9,7 +9,6 @@
 #include "build/working_complex.hpp"
 #include "mesh/box_tree.hpp"
 
-#include <algorithm>
 #include <bit>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #include "build/predicted_rounds.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -79,7 +80,9 @@ void PredictedRounds::examine_claim(Claim& claim, std::uint32_t round, Trial& tr
   claim.plan.vs = kNone;
   claim.waits = false;
   while (may_go(claim.vs)) {
-    claim.waits = claimed_[candidates_.best(claim.vs).target] < claim.number;
+    const Vertex target = candidates_.best(claim.vs).target;
+    assert(is_claimed(target)); // by this claim at the latest
+    claim.waits = claimed_[target] < claim.number;
     if (claim.waits) return;
     const CollapseStatus status = examine(claim.vs, claim.move, trial);
     if (status == CollapseStatus::kAccepted) {
@@ -104,10 +107,10 @@ CollapseStatus PredictedRounds::examine(Vertex vs, BoundaryMove& move, Trial& tr
   return status;
 }
 
-/// False when its best half-edge within the round's cost, if there is one, is yet to be examined.
+/// False when its best half-edge within the round's cost, if there is one, is to be examined, or examined again.
 bool PredictedRounds::take_claim(Claim& claim, std::uint32_t round) {
   if (claim.plan.vs == kNone) return !claim.waits;
-  if (claim.plan.moves_boundary && collapser_.meets_accepted(claim.move)) return false;
+  if (claim.plan.moves_boundary && collapser_.may_meet_accepted(claim.move)) return false;
   candidates_.trial().swap(claim.plan);
   const CollapseStatus status =
       collapser_.accept(round, collapser_.measures_nothing() ? &claim.field_errors : nullptr, claim.move);

@@ -1,9 +1,10 @@
-// Takes the collapses of a round by what was predicted of them: again and again the first of those left that do not
-// depend on one another are examined in parallel, accepted one by one, and made together.
+// Takes the collapses of a round by what was predicted of them: batch after batch, those that do not depend on one
+// another are examined in parallel, accepted one by one, and made together.
 //
 //   picked     a  b  c  d  e  f  g ...     in the order in which they are to be taken
 //   claims     a     c        f            free of the stars of the claims before them: examined at the same time
-//   waiting       b     d  e               looked at again when all of the picked have been
+//   waiting       b     d  e               looked at again when all of the picked have been, those first that were not
+//                                          free, batch by batch
 //
 // Most of those that wait find then that their star has changed, and are left for another round. What comes of a round
 // depends on its picks alone, not on the number of threads.
@@ -22,7 +23,7 @@ public:
   /// Both must outlive the object. `report` counts what becomes of half-edges.
   PredictedRounds(Collapser& collapser, BuildReport& report);
 
-  /// Collapses what may go of `picked`, by Candidates::pick(), until the target is reached. To be called once a round.
+  /// Collapses what may go of `picked`, by Candidates::pick(), until the target is reached.
   void take(std::vector<Vertex> picked, std::uint32_t round);
 
 private:

@@ -23,7 +23,7 @@ public:
   virtual void collapse(Vertex vs, Vertex vd, std::span<const SlotId> deleted, std::span<const SlotId> modified) = 0;
 
   /// The errors that the predictor believes vs -> vd to have: one a field as fractions of its range. What is recorded
-  /// where no error is measured. Called before collapse().
+  /// where no error is measured. Called before collapse(). Thread rule: as costs().
   virtual void field_errors(Vertex vs, Vertex vd, std::span<double> errors) const = 0;
   /// Likewise of the domain, as a fraction of the diagonal; 0 inside it. Thread rule: as costs().
   [[nodiscard]] virtual double domain_error(Vertex vs, Vertex vd) const = 0;

@@ -26,8 +26,7 @@ std::uint32_t BoxTree::build(std::span<std::uint32_t> items, std::uint32_t begin
   BoundingBox box, centers;
   std::uint32_t last_item = 0;
   for (const std::uint32_t item : items) {
-    box.add(boxes[item].low);
-    box.add(boxes[item].high);
+    box.join(boxes[item]);
     centers.add({center_of(boxes[item], 0), center_of(boxes[item], 1), center_of(boxes[item], 2)});
     last_item = std::max(last_item, item);
   }
