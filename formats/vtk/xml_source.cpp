@@ -124,6 +124,13 @@ std::string attribute(vtkXMLDataElement& element, const char* name) {
   return value ? value : "";
 }
 
+int count_of(vtkXMLDataElement& parent, const std::string& name) {
+  int count = 0;
+  for (int i = 0; i < parent.GetNumberOfNestedElements(); ++i)
+    count += parent.GetNestedElement(i)->GetName() == name ? 1 : 0;
+  return count;
+}
+
 /// VTK's reader of VTU, with what it takes on trust checked first, and arrays named apart: it finds an array by its
 /// place among the enabled ones, and takes type and size of every piece's arrays from the first piece.
 class CheckedReader : public vtkXMLUnstructuredGridReader {
@@ -156,6 +163,13 @@ protected:
     XMLParser->Delete();
     XMLParser = parser;
     XMLParser->Register(nullptr);
+  }
+
+  /// VTK's reader takes the first grid, and says nothing of others.
+  int ReadVTKFile(vtkXMLDataElement* file) override {
+    if (count_of(*file, GetDataSetName()) <= 1) return Superclass::ReadVTKFile(file);
+    vtkErrorMacro("holds more than one " << GetDataSetName() << " element; write one mesh to a file.");
+    return 0;
   }
 
   using vtkXMLUnstructuredGridReader::ReadPiece;
@@ -442,6 +456,7 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
   vtkXMLDataElement* root = parsed ? parser->GetRootElement() : nullptr;
   vtkXMLDataElement* grid = root ? root->FindNestedElementWithName("PUnstructuredGrid") : nullptr;
   if (!grid) assembler.fail("has no PUnstructuredGrid element");
+  if (count_of(*root, "PUnstructuredGrid") > 1) assembler.fail("holds more than one PUnstructuredGrid element");
 
   const std::filesystem::path folder = std::filesystem::path(source.path).parent_path();
   int pieces = 0;

@@ -115,6 +115,18 @@ TEST_CASE("XML that is broken or of another kind is bad input", "[vtk]") {
              Catch::Contains("names no pieces"));
 }
 
+TEST_CASE("a second grid in a file is not passed over", "[vtk]") {
+  std::string twice = VtuText().file();
+  const std::string end = "</UnstructuredGrid>";
+  const std::size_t from = twice.find("<UnstructuredGrid>"), to = twice.find(end) + end.size();
+  REQUIRE(from < to);
+  twice.insert(to, twice.substr(from, to - from));
+  CHECK_THAT(failure_of_text(twice).message, Catch::Contains("more than one UnstructuredGrid element"));
+  CHECK_THAT(
+      failure_of_text("<VTKFile type=\"PUnstructuredGrid\"><PUnstructuredGrid/><PUnstructuredGrid/></VTKFile>").message,
+      Catch::Contains("more than one PUnstructuredGrid element"));
+}
+
 TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n9 0 1 2 3", "CELL_TYPES 1\n10"), "m.vtk").message,
              Catch::Contains("cell 0 does not fit"));
