@@ -111,7 +111,7 @@ std::vector<double> squared_scales(const NormalizedFields& fields, double volume
   std::vector<double> scales;
   scales.reserve(fields.field_count());
   for (const GoverningField& field : fields.fields())
-    scales.push_back(holds_squares(field.range, volume) ? field.range * field.range : 1);
+    scales.push_back(field.range > 0 && !holds_squares(field.range, volume) ? 1 : field.range * field.range);
   return scales;
 }
 
@@ -140,7 +140,7 @@ void certify_field_errors(const PreparedMesh& prepared, const NormalizedFields& 
     std::vector<double> errors(field_count);
     // What was seen at removed vertices stands: of those outside the version the measurement knows nothing.
     for (std::size_t f = 0; f < field_count; ++f)
-      errors[f] = stated[f] / fields.fields()[f].range;
+      errors[f] = stated[f] / fields.fields()[f].scale();
     const auto [first, last] = coarse.of(record);
     for (std::size_t t = first; t < last; ++t)
       if (!is_ghost(coarse.versions()[t]))

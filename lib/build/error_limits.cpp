@@ -34,7 +34,7 @@ std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedF
     for (std::size_t f = 0; f < limits.size(); ++f) {
       const GoverningField& field = fields.fields()[f];
       if (!bound.field.empty() && prepared.mesh.point_arrays[field.array].name != bound.field) continue;
-      limits[f] = std::min(limits[f], statable(bound.bound.absolute(field.range) / field.range));
+      limits[f] = std::min(limits[f], statable(bound.bound.absolute(field.range) / field.scale()));
       found = true;
     }
     if (!found && !bound.field.empty())

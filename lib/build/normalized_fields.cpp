@@ -107,17 +107,15 @@ NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vect
   const TetMesh& mesh = prepared.mesh;
   for (const std::uint32_t index : governing_arrays(mesh, names)) {
     const PointArray& array = mesh.point_arrays[index];
-    const double range = ranges != nullptr ? ranges->at(fields_.size()) : range_of(array, prepared, notes_);
-    // A constant field has no errors; any scale will do.
-    fields_.push_back({index, range > 0 ? range : 1.0});
+    fields_.push_back({index, ranges != nullptr ? ranges->at(fields_.size()) : range_of(array, prepared, notes_)});
   }
   std::vector<std::uint32_t> arrays;
-  std::vector<double> field_ranges;
+  std::vector<double> scales;
   for (const GoverningField& field : fields_) {
     arrays.push_back(field.array);
-    field_ranges.push_back(field.range);
+    scales.push_back(field.scale());
   }
-  exact_ = FieldValues(mesh, arrays, field_ranges, prepared.used_vertex_count);
+  exact_ = FieldValues(mesh, arrays, scales, prepared.used_vertex_count);
   if (const std::size_t f = exact_.first_losing_digits(); f < fields_.size())
     throw Error(ErrorCode::kBadInput, "the values of field '" + mesh.point_arrays[fields_[f].array].name +
                                           "' range over " + short_number(fields_[f].range) +
@@ -140,7 +138,7 @@ NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vect
       const double origin = std::min(std::abs(low), std::abs(high)) >= kFar * (high - low) ? low : 0;
       for (std::uint32_t v = 0; v < prepared.used_vertex_count; ++v) {
         double& value = values_[v * channels + channel];
-        value = (value - origin) / field.range;
+        value = (value - origin) / field.scale();
       }
     }
   }

@@ -22,7 +22,7 @@ void report_walk(const PreparedMesh& prepared, const RecordStream& records, std:
   for (RoundReport& step : walk) {
     for (; r < prepared.mesh.vertex_count() - step.vertices; ++r) {
       for (std::size_t f = 0; f < records.fields.size(); ++f)
-        so_far.field_error = std::max(so_far.field_error, records.largest_error(r, f) / records.fields[f].range);
+        so_far.field_error = std::max(so_far.field_error, records.largest_error(r, f) / records.fields[f].scale());
       so_far.domain_error = std::max(so_far.domain_error, records.domain_error[r] / records.diagonal);
     }
     step.field_error = so_far.field_error;

@@ -29,6 +29,9 @@ namespace ptet {
 struct GoverningField {
   std::uint32_t array = 0; ///< index into TetMesh::point_arrays
   double range = 0;        ///< largest minus least value; for vectors the diagonal of the box of values
+
+  /// What its normalised values and errors are fractions of: the range, or 1 for a field that does not vary.
+  [[nodiscard]] double scale() const { return range > 0 ? range : 1; }
 };
 
 struct RecordStream {

@@ -66,7 +66,7 @@ std::size_t check_field_errors(const Built& built, const std::vector<char>& is_s
     const double recorded = maker == test::CutMesh::kOriginal ? 0
                             : is_inside                       ? stream.field_error[maker * field_count + f]
                                                               : stream.largest_error(maker, f);
-    return (test::interpolation_error(field_array(built, f), v, tet, weight) - recorded) / stream.fields[f].range;
+    return (test::interpolation_error(field_array(built, f), v, tet, weight) - recorded) / stream.fields[f].scale();
   };
   constexpr double kRounding = 1e-7;
   std::size_t outside_count = 0;
@@ -164,7 +164,7 @@ void check_every_version(const Built& built) {
         for (std::size_t f = 0; f < field_count; ++f) {
           const double excess = (test::interpolation_error(field_array(built, f), v, tet, *weight) -
                                  stream.field_error[i * field_count + f]) /
-                                stream.fields[f].range;
+                                stream.fields[f].scale();
           understated += excess > 1e-7 ? 1 : 0;
           worst = std::max(worst, excess);
         }
@@ -307,7 +307,7 @@ TEST_CASE("where the boundary stays, recorded field errors are those at the remo
             inside_or_touching = std::max(inside_or_touching, error);
             if (least > -test::kTouching) inside = std::max(inside, error);
           }
-        const double slack = 1e-6 * stream.fields[f].range;
+        const double slack = 1e-6 * stream.fields[f].scale();
         CHECK(stream.field_error[i * k + f] >= inside - slack);
         CHECK(stream.field_error[i * k + f] <= inside_or_touching + slack);
       }

@@ -1,6 +1,8 @@
 // Every way to predict, evaluate and choose collapses: what each promises, on small meshes of every kind.
 #include "build/builder.hpp"
 #include "build/certify.hpp"
+#include "formats/ptet/writer.hpp"
+#include "ptet/dataset.hpp"
 #include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
@@ -509,6 +511,25 @@ TEST_CASE("a linear field on a box loses nothing, whatever the method", "[build]
       worst = std::max(worst, std::abs(built.stream.squared_error[i]) /
                                   (std::pow(built.stream.fields[i % 2].range, 2) * built.stream.volume));
     CHECK(worst < 1e-26);
+  }
+}
+
+TEST_CASE("a field that does not vary has no range and no errors, whatever the method", "[build][methods]") {
+  TetMesh mesh = test::grid({{4, 4, 4}, {}, 3, 1});
+  mesh.point_arrays.clear();
+  test::add_array(mesh, "same", ScalarType::kFloat64, 1, [](const Point&) { return std::vector<double>{0.1}; });
+  test::add_array(mesh, "vector", ScalarType::kFloat32, 2, [](const Point&) { return std::vector<double>{7, -1e30}; });
+  const PreparedMesh prepared = prepare(mesh);
+  for (const Way& way : all_ways()) {
+    INFO(describe(way));
+    const Built built = built_with(prepared, options_for(way));
+    CHECK(vertices_left(prepared, built) < prepared.used_vertex_count / 2);
+    for (const double squared : built.stream.squared_error)
+      CHECK(squared == 0);
+    const auto info = Dataset::open_memory(file::encode(prepared.mesh, built.stream, {}))->info();
+    for (const FieldInfo& field : info.fields)
+      CHECK(field.range == 0);
+    CHECK(info.max_field_error == std::vector<double>{0, 0});
   }
 }
 

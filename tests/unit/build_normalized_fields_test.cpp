@@ -61,7 +61,8 @@ TEST_CASE("fields: values are fractions of the range of the used vertices", "[bu
   CHECK(fields.fields()[0].array == 0);
   CHECK(fields.fields()[0].range == 2);
   CHECK(fields.fields()[1].range == Approx(13));
-  CHECK(fields.fields()[2].range > 0); // constant: any scale will do
+  CHECK(fields.fields()[2].range == 0); // constant
+  CHECK(fields.fields()[2].scale() == 1);
   REQUIRE(fields.channel_count() == 5);
   const std::array<std::size_t, 5> field_of = {0, 1, 1, 1, 2};
   for (std::size_t c = 0; c < 5; ++c)

@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
     ptet_field_info field = {.struct_size = sizeof field};
     for (uint32_t f = 0; f < info.fields && TRY(ptet_dataset_get_field(data, f, &field, &failure)); ++f)
       if (field.governing)
-        printf("%s within %g%%\n", field.name, ptet_extraction_field_error(cut, f) / field.range * 100);
+        printf("%s within %g, of a range of %g\n", field.name, ptet_extraction_field_error(cut, f), field.range);
 
     const uint32_t* tet = ptet_extraction_tets(cut); /* four vertices each */
     if (info.tets > 0 && positions.type == PTET_FLOAT32)

@@ -37,7 +37,8 @@ int main(int argc, char** argv) {
     std::size_t governing = 0;
     for (const ptet::FieldInfo& field : info.fields)
       if (field.governing)
-        std::cout << field.name << " within " << cut.field_error.at(governing++) / field.range * 100 << "%\n";
+        std::cout << field.name << " within " << cut.field_error.at(governing++) << ", of a range of " << field.range
+                  << '\n';
     std::cout << "boundary within " << cut.domain_error / info.diagonal * 100 << "%\n";
     if (argc > 2) write_surface(cut, argv[2]);
   } catch (const ptet::Error& error) {

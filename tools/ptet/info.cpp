@@ -251,7 +251,8 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
     out << "  field     " << field.name << ": " << type_text(field.type, field.components);
     if (field.governing) {
       const double error = info.max_field_error[column];
-      out << ", range " << brief(field.range, 6) << ", error up to " << brief_up(error);
+      out << (field.range > 0 ? ", range " + brief(field.range, 6) : ", constant") << ", error up to "
+          << brief_up(error);
       if (field.range > 0) out << " (" << percent_up(error, field.range) << ")";
       if (!info.base_rms_error.empty()) {
         out << ", RMS of the base " << brief_up(info.base_rms_error[column]);

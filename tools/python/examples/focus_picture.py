@@ -173,9 +173,10 @@ def main():
     inside = cut.points[cut.tets].mean(axis=1)
     inside = ((inside >= box.min) & (inside <= box.max)).all(axis=1)
     assert (cut.made_by[inside] == 0xFFFFFFFF).all()  # original ones
+    scale = data.info.field(field).range or 1
     caption = (f"{len(cut.tets):,} of {data.info.tets:,} tetrahedra\n"
                f"in the box: the original, {inside.sum():,} tetrahedra\n"
-               f"elsewhere: {field} within {cut.field_error[field] / data.info.field(field).range:.1%} of its range")
+               f"elsewhere: {field} within {cut.field_error[field] / scale:.1%} of its range")
     print(caption)
     size = [int(number) for number in options.size.split("x")]
     draw(cut, field, box, "xyz".index(options.axis), size, caption, options.output)
