@@ -152,13 +152,26 @@ double BoundaryPieces::Division::merge_placed(std::size_t first, bool all) {
   return worst;
 }
 
-double BoundaryPieces::Division::divide(std::span<const PatchTriangle> coarse, double limit) {
+void BoundaryPieces::Division::begin(std::span<const PatchTriangle> coarse) {
   if (++stamp_ == 0) {
     std::fill(stamp_of_.begin(), stamp_of_.end(), 0U);
     stamp_ = 1;
   }
   division_.begin(coarse);
   rows_.clear();
+}
+
+double BoundaryPieces::Division::at_least(std::span<const std::uint32_t> fine, std::span<const PatchTriangle> coarse,
+                                          double enough) {
+  gather(fine);
+  begin(coarse);
+  for (std::size_t i = 0; i < gathered_.size() && division_.lower_bound() <= enough; ++i)
+    add_rows(gathered_[i].triangle, gathered_[i].part);
+  return division_.lower_bound() > of_.rounding_ ? division_.lower_bound() : 0;
+}
+
+double BoundaryPieces::Division::divide(std::span<const PatchTriangle> coarse, double limit) {
+  begin(coarse);
   handover_.placed.clear();
   for (const Gathered& g : gathered_)
     add_rows(g.triangle, g.part);

@@ -84,6 +84,10 @@ public:
   /// Thread rule: reads the pieces only. What is divided depends on the faces `fine` and what they hold alone.
   [[nodiscard]] double hand_over(std::span<const std::uint32_t> fine, std::span<PatchTriangle> fine_triangles,
                                  std::span<const PatchTriangle> coarse, double limit);
+  /// A lower bound on what hand_over() would return, from corners of what the faces hold alone; it stops looking at a
+  /// value above `enough`. Thread rule: as hand_over().
+  [[nodiscard]] double at_least(std::span<const std::uint32_t> fine, std::span<const PatchTriangle> coarse,
+                                double enough);
   /// The last division.
   [[nodiscard]] const Handover& handover() const { return handover_; }
 
@@ -95,6 +99,7 @@ private:
   };
 
   void gather(std::span<const std::uint32_t> fine);
+  void begin(std::span<const PatchTriangle> coarse);
   double divide(std::span<const PatchTriangle> coarse, double limit);
   double merge_placed(std::size_t first, bool all);
   double away(std::uint32_t target, const PatchTriangle& face, std::span<const PatchTriangle> fine, double enough);

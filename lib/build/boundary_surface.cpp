@@ -300,7 +300,8 @@ BoundarySurface::Workspace::Workspace(const BoundarySurface& surface) {
   if (surface.impl_->pieces) division_.emplace(*surface.impl_->pieces);
 }
 
-double BoundarySurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) const {
+/// The faces around vs, and those that vs -> vd would leave of them.
+void BoundarySurface::find_faces(Vertex vs, Vertex vd, Workspace& w) const {
   const Impl& m = *impl_;
   w.fine_.clear();
   w.coarse_.clear();
@@ -322,7 +323,16 @@ double BoundarySurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) 
     w.coarse_.push_back(face);
     w.coarse_triangles_.push_back(triangle(vd, b, c));
   } while (h != first);
+}
+
+double BoundarySurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) const {
+  find_faces(vs, vd, w);
   return w.division_->hand_over(w.fine_, w.fine_triangles_, w.coarse_triangles_, limit);
+}
+
+double BoundarySurface::at_least(Vertex vs, Vertex vd, double enough, Workspace& w) const {
+  find_faces(vs, vd, w);
+  return w.division_->at_least(w.fine_, w.coarse_triangles_, enough);
 }
 
 void BoundarySurface::take_handover(Workspace& w, Handover& handover) {

@@ -86,6 +86,9 @@ public:
   /// the surface with faces all around vs, and the surface must have been made with kBound. Thread rule: const; one
   /// workspace a thread. It is about the faces around vs: collapses elsewhere change nothing.
   [[nodiscard]] double bound(Vertex vs, Vertex vd, double limit, Workspace& workspace) const;
+  /// A lower bound on bound(), for a fraction of the work; it may end at any value above `enough`. Thread rule: as
+  /// bound().
+  [[nodiscard]] double at_least(Vertex vs, Vertex vd, double enough, Workspace& workspace) const;
   /// Of the last simulation, or bound where there are bounds; it is taken out of the workspace.
   static void take_handover(Workspace& workspace, Handover& handover);
   /// What a collapse makes of the faces around vs, by their ghosts.
@@ -130,6 +133,7 @@ public:
   void move_faces(const FaceChanges& changes);
 
 private:
+  void find_faces(Vertex vs, Vertex vd, Workspace& workspace) const;
   [[nodiscard]] double hold(std::uint32_t sample, std::uint32_t likely, Workspace& workspace) const;
 
   struct Impl;

@@ -154,7 +154,10 @@ private:
       coarse.push_back(f);
       coarse_triangles.push_back(patch(moved));
     }
+    const double least = division_->at_least(fine, coarse_triangles, kInfinity);
     const double bound = division_->hand_over(fine, fine_triangles, coarse_triangles, kInfinity);
+    CHECK(least <= bound);
+    CHECK(least >= division_->at_least(fine, coarse_triangles, least / 2));
     worst = std::max(worst, bound);
     pieces_->commit(fine, coarse, division_->handover());
     for (const std::uint32_t f : fine)

@@ -170,7 +170,10 @@ TEST_CASE("boundary: bounds on the domain error, by hand", "[build][boundary]") 
     build::BoundarySurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
     REQUIRE(surface.collapse_ok(0, vd));
     build::BoundarySurface::Workspace workspace(surface);
-    return surface.bound(0, vd, 100, workspace);
+    const double most = surface.bound(0, vd, 100, workspace);
+    // The tip is the only corner that is not in the plane of the others.
+    CHECK(surface.at_least(0, vd, 100, workspace) == Approx(most > 0 ? std::abs(f.points[0][2]) : 0));
+    return most;
   };
   for (const Vertex vd : {2U, 3U}) {
     CHECK(bound(tent(0), vd) == 0);
