@@ -78,7 +78,8 @@ std::string Rounds::why_stuck() const {
     if (count != 0) reasons += (reasons.empty() ? "" : ", ") + std::string(what) + " " + std::to_string(count);
   };
   for (std::size_t i = 0; i < kCollapseStatusCount; ++i)
-    add(name_of(static_cast<CollapseStatus>(i)), report_.last_refusals[i]);
+    if (const auto status = static_cast<CollapseStatus>(i); status != CollapseStatus::kFrozenVertex)
+      add(name_of(status), report_.last_refusals[i]);
   add("frozen vertices", collapser_.alive_count() - collapser_.candidates().movable_count());
   return "no candidate left (" + (reasons.empty() ? "no edge may be collapsed" : "refused: " + reasons) + ")";
 }

@@ -323,7 +323,8 @@ private:
     report(crowded, "faces-of-many-tets", Severity::kError, "face of more than two tets", "faces of more than two tets",
            "ptet cannot build from this mesh");
     report(folded, "folded-faces", Severity::kWarning, "face with both its tets on the same side",
-           "faces with both their tets on the same side", "the vertices of these tets are frozen");
+           "faces with both their tets on the same side",
+           "the vertices of these tets are frozen, and errors there are those of each sheet by itself");
     out_.boundary = build_boundary(out_.tets, out_.faces, out_.points.size());
     Tally edges;
     for (const auto& edge : out_.boundary.non_manifold_edges)
@@ -344,8 +345,8 @@ private:
       within.add(std::uint64_t{tet_ids_[t]});
     report(crossing, "crossing-boundary-faces", Severity::kWarning, "pair of boundary faces that cross, by their tets",
            "pairs of boundary faces that cross, by their tets", then);
-    report(within, "overlapping-tets", Severity::kWarning, "tet at the boundary within other tets",
-           "tets at the boundary within other tets", then);
+    report(within, "overlapping-tets", Severity::kWarning, "tet at the boundary that others reach into",
+           "tets at the boundary that others reach into", then);
     out_.crossing = std::move(found.crossing);
   }
 

@@ -74,14 +74,15 @@ public:
     for_all_faces(found.crossing, look, [&](std::uint32_t f, auto& crossing) { find_crossing(f, crossing); });
     std::sort(found.crossing.begin(), found.crossing.end());
     for_all_faces(found.within, look, [&](std::uint32_t f, auto& within) {
-      const std::uint32_t t = boundary_.half_faces[f] / 4;
-      if (f > 0 && boundary_.half_faces[f - 1] / 4 == t) return; // another face of the same
-      if (covering(t) > 1) within.push_back(t);
+      if (covering(f) > 1) within.push_back(boundary_.half_faces[f] / 4);
     });
+    found.within.erase(std::unique(found.within.begin(), found.within.end()), found.within.end()); // by several faces
     return found;
   }
 
 private:
+  /// How far behind a face is looked, as a part of the height of its tet; three weights and this are 1.
+  static constexpr double kBehind = .01;
   /// A tenth of a second of work where the boxes of thousands meet one another.
   static constexpr std::size_t kFacesBetweenLooks = 1024;
   static constexpr std::size_t kFacesTogether = 64;
@@ -134,16 +135,18 @@ private:
     });
   }
 
-  /// How many tets hold a point in the middle of tet `t`, or 1 where that is too close to tell.
-  [[nodiscard]] int covering(std::uint32_t t) const {
+  /// How many tets hold a point right behind the middle of the boundary face, or 1 where that is too close to tell.
+  [[nodiscard]] int covering(std::uint32_t face) const {
+    const Corners corner = corners(face);
+    const HalfFace h = boundary_.half_faces[face];
+    const Point& apex = points_[apex_of(tets_, h).index()];
     // From the centroid, or beside it when the ray comes upon an edge.
-    for (const auto& weight :
-         {std::array{.25, .25, .25, .25}, std::array{.31, .27, .23, .19}, std::array{.21, .19, .28, .32}}) {
+    for (const auto& weight : {std::array{.33, .33, .33}, std::array{.37, .33, .29}, std::array{.28, .31, .4}}) {
       Point p{};
-      for (std::size_t i = 0; i < 4; ++i)
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          p[axis] += weight[i] * points_[tets_[t][i].index()][axis];
-      if (!holds(t, p)) return 1;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        p[axis] = weight[0] * corner[0][axis] + weight[1] * corner[1][axis] + weight[2] * corner[2][axis] +
+                  kBehind * apex[axis];
+      if (!holds(h / 4, p)) return 1;
       if (const std::optional<int> count = leaving(p)) return *count;
     }
     return 1;

@@ -2,9 +2,9 @@
 // itself. Seen at the boundary, of which each overlap has some.
 //
 //     ________                    crossing    an edge of a boundary face pierces another face
-//    |    ____|____               within      a ray from a tet leaves the mesh more often than it enters it, by two or
-//    | A |    | B  |                          more: so many tets hold the point that it starts from
-//    |___|____|    |
+//    |    ____|____               within      a ray from right behind a boundary face leaves the mesh more often than
+//    | A |    | B  |                          it enters it, by two or more: so many tets hold the point that it starts
+//    |___|____|    |                          from
 //        |_________|              What only touches, as unwelded bodies with a common wall do, overlaps nowhere.
 #pragma once
 
@@ -21,12 +21,13 @@ struct Overlaps {
   /// Pairs of boundary faces that cross in their insides, the smaller half-face first; ascending. Faces with a common
   /// vertex are not looked at, nor what floating-point numbers are not sure of.
   std::vector<std::array<HalfFace, 2>> crossing;
-  std::vector<std::uint32_t> within; ///< tets with a boundary face whose centroid other tets hold, too; ascending
+  std::vector<std::uint32_t> within; ///< tets whose boundary face other tets reach over, in its middle; ascending
 };
 
 /// Tets positively oriented or flat, no faces folded or of more than two tets. What is found is there; overlaps much
-/// smaller than the tets around them may be missed. `look` is called now and then, and may throw. Cost: some
-/// microseconds a boundary face; more where the boxes of many meet one another.
+/// smaller than the faces around them, or thinner than a hundredth of the height of a tet, may be missed. `look` is
+/// called now and then, and may throw. Cost: some microseconds a boundary face; more where the boxes of many meet one
+/// another.
 [[nodiscard]] Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets,
                                      const BoundarySurface& boundary, const std::function<void()>& look);
 

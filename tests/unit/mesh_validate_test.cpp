@@ -187,6 +187,12 @@ TEST_CASE("parts that overlap, and those that touch", "[validate]") {
   const TetMesh common_wall = with(plain, 1, {48, 0, 0});
   CHECK(count(common_wall, "crossing-boundary-faces") == 0);
   CHECK(count(common_wall, "overlapping-tets") == 0);
+  // A body that fills a hollow, and one that reaches over its wall by less than a tet.
+  const TetMesh hollow = test::grid({{3, 3, 3}, [](int x, int y, int z) { return x != 1 || y != 1 || z != 1; }, 0, 1});
+  CHECK(count(with(hollow, 15.0 / 48, {16.5, 16.5, 16.5}), "overlapping-tets") == 0);
+  const TetMesh filled = with(hollow, 17.0 / 48, {15.5, 15.5, 15.5});
+  CHECK(count(filled, "crossing-boundary-faces") == 0);
+  CHECK(count(filled, "overlapping-tets") > 54);
   // Rays go along the shortest axis, whichever that is.
   const TetMesh flat = test::grid({{5, 4, 2}, {}, 2, 1});
   const auto turned = [&](const TetMesh& one, std::size_t by) {

@@ -26,7 +26,7 @@ std::vector<Defect> defects_of(const ComparedMesh& side) {
           {"non_manifold_edges", "non-manifold boundary edges", count("non-manifold-edges")},
           {"non_manifold_vertices", "non-manifold vertices", count("non-manifold-vertices")},
           {"boundary_self_intersections", "pairs of boundary faces that intersect", side.boundary_intersections},
-          {"overlapping_tets", "tets at the boundary within others", count("overlapping-tets")}};
+          {"overlapping_tets", "tets at the boundary that others reach into", count("overlapping-tets")}};
 }
 
 bool is_valid(const ComparedMesh& side) {
