@@ -3,6 +3,7 @@
 #include "error/comparison_parts.hpp"
 #include "error/power_of_two.hpp"
 #include "error/tet_overlap.hpp"
+#include "error/tolerances.hpp"
 #include "mesh/face_plane.hpp"
 
 #include <cmath>
@@ -151,6 +152,9 @@ private:
     }
     for (std::size_t i = 8 * channels; i-- > 0;)
       values_[i] -= values_[i % channels];
+    rounding_.assign(channels, 0);
+    for (std::size_t i = 0; i < 8 * channels; ++i)
+      rounding_[i % channels] = std::max(rounding_[i % channels], kValueRounding * std::abs(values_[i]));
   }
 
   template <class Corner>
@@ -165,6 +169,7 @@ private:
         for (std::size_t k = 0; k < 4; ++k)
           d += corner.in_original[k] * values_[k * channels + channel] -
                corner.in_simplified[k] * values_[(4 + k) * channels + channel];
+        if (std::abs(d) <= rounding_[channel]) d = 0;
         difference_[id * channels + channel] = static_cast<double>(d);
         square += static_cast<double>(d) * static_cast<double>(d);
       }
@@ -184,6 +189,7 @@ private:
   Overlap<double> plain_;
   Overlap<long double> extended_;
   std::vector<double> values_, difference_;
+  std::vector<double> rounding_; ///< by channel: differences up to this are
   std::vector<char> known_;
 };
 

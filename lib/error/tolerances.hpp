@@ -7,7 +7,8 @@ namespace ptet {
 
 /// A difference of field values up to this part of the values that it is the difference of is rounding. These are
 /// relative to a corner of the tet looked at: no common offset is in them, and no value elsewhere in the mesh. So is
-/// the error on a part of an original tet up to this part of the differences at that tet's corners.
+/// the error on a part of an original tet up to this part of the differences at that tet's corners, and, where meshes
+/// are compared, of those at the corners of both tets.
 inline constexpr double kValueRounding = 1e-13;
 /// Barycentric coordinates in a tet with the edges a, b, c from corner 0 are off by up to this, times |a| |b| |c| /
 /// det, times themselves and the distance to corner 0 in lengths of the edge: so much of a difference is rounding, too.
