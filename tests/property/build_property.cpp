@@ -189,7 +189,9 @@ TEST_CASE("plates get coarser however thin they are", "[build]") {
     const Built built = build_all(mesh, options);
     CHECK(built.report.stopped_by == "target");
     CHECK(built.report.min_quality == Approx(std::min(1e-3, 0.05 * 0.5 * thickness / 16)).epsilon(0.01));
-    CHECK(built.report.domain_error < 0.003 * built.stream.diagonal);
+    // Where a sheet folds over by less than its thickness, the flap is held by a face that it does not lie over, and
+    // what another one covers by a hair's breadth is stated as the width of the flap.
+    CHECK(built.report.domain_error < (thickness < 1e-3 ? 0.01 : 0.003) * built.stream.diagonal);
     if (thickness == 16) continue;
     options.min_quality = 1e-3;
     CHECK(build_all(mesh, options).report.stopped_by != "target");
