@@ -437,7 +437,7 @@ bool is_empty(const std::string& path) {
   parser->SetFileName(path.c_str());
   vtkXMLDataElement* const root = parser->Parse() ? parser->GetRootElement() : nullptr;
   vtkXMLDataElement* const grid = root ? root->FindNestedElementWithName("UnstructuredGrid") : nullptr;
-  if (!grid) return false;
+  if (!grid || count_of(*root, "UnstructuredGrid") > 1) return false; // the reader refuses the latter
   for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
     int points = -1;
     grid->GetNestedElement(i)->GetScalarAttribute("NumberOfPoints", points);

@@ -189,7 +189,7 @@ private:
   Overlap<double> plain_;
   Overlap<long double> extended_;
   std::vector<double> values_, difference_;
-  std::vector<double> rounding_; ///< by channel: differences up to this are
+  std::vector<double> rounding_; ///< by channel: differences up to this are rounding
   std::vector<char> known_;
 };
 

@@ -81,7 +81,7 @@ public:
   }
 
 private:
-  /// How far behind a face is looked, as a part of the height of its tet; three weights and this are 1.
+  /// How far behind a face is looked, as a part of the height of its tet.
   static constexpr double kBehind = .01;
   /// A tenth of a second of work where the boxes of thousands meet one another.
   static constexpr std::size_t kFacesBetweenLooks = 1024;
@@ -141,11 +141,12 @@ private:
     const HalfFace h = boundary_.half_faces[face];
     const Point& apex = points_[apex_of(tets_, h).index()];
     // From the centroid, or beside it when the ray comes upon an edge.
-    for (const auto& weight : {std::array{.33, .33, .33}, std::array{.37, .33, .29}, std::array{.28, .31, .4}}) {
+    for (const auto& weight : {std::array{.34, .33, .33}, std::array{.38, .33, .29}, std::array{.28, .32, .4}}) {
       Point p{};
       for (std::size_t axis = 0; axis < 3; ++axis)
-        p[axis] = weight[0] * corner[0][axis] + weight[1] * corner[1][axis] + weight[2] * corner[2][axis] +
-                  kBehind * apex[axis];
+        p[axis] =
+            (1 - kBehind) * (weight[0] * corner[0][axis] + weight[1] * corner[1][axis] + weight[2] * corner[2][axis]) +
+            kBehind * apex[axis];
       if (!holds(h / 4, p)) return 1;
       if (const std::optional<int> count = leaving(p)) return *count;
     }

@@ -381,7 +381,7 @@ class Measure(Case):
         self.assertEqual(report["original"]["validity"]["boundary_self_intersections"], 0)
         self.assertGreater(report["original"]["validity"]["overlapping_tets"], 0)
         self.assertFalse(report["original"]["validity"]["valid"])
-        self.assertTrue(any("lie within others" in note for note in report["notes"]))
+        self.assertTrue(any("reach into one another" in note for note in report["notes"]))
 
     def test_errors_as_a_mesh(self):
         self.cube("fine.vtu", 4, self.quadratic)

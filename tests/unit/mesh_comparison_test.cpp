@@ -145,6 +145,21 @@ TEST_CASE("comparison: a linear field is the same on any two meshes", "[mesh-com
     CHECK(field.max < 1e-11);
 }
 
+TEST_CASE("comparison: a mesh is not off from itself, whatever its values", "[mesh-comparison]") {
+  std::mt19937 random(1);
+  const Sample one(mapped(cube(5, 2, 3),
+                          [](const Point& p) {
+                            return Point{p[0] * 0.37, p[1] * 0.91, p[2] / 7};
+                          }),
+                   [&](const Point&) {
+                     const double value = static_cast<double>(random() % 1000) / 1000;
+                     return std::vector<double>{value < 0.1 ? 1e30 : value};
+                   });
+  const InsideDifference inside = compare(one, one).exact_inside();
+  CHECK(inside.fields[0].max == 0);
+  CHECK(inside.fields[0].mean_square == 0);
+}
+
 TEST_CASE("comparison: one tet with another value at one corner", "[mesh-comparison]") {
   // The difference is 3 lambda_0: maximum 3 at vertex 0, mean square 9 * 2 * 3! / 5! = 0.9.
   const Sample a(test::single_tet(), [](const Point&) { return std::vector<double>{1.0}; });

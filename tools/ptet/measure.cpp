@@ -105,7 +105,7 @@ void note_overlaps(const ComparedMesh& original, std::vector<std::string>& notes
   else if (says("folded-faces"))
     what = "tets of '" + original.path + "' are folded over one another";
   else if (says("overlapping-tets"))
-    what = "parts of '" + original.path + "' lie within others";
+    what = "parts of '" + original.path + "' reach into one another";
   else
     return;
   notes.push_back(what + ": where its tets overlap, their values differ among themselves, and that counts "
