@@ -35,7 +35,7 @@ constexpr std::size_t kMeasuredBetweenLooks = 2048;
 struct MeasuredRounds::Verdict {
   CollapseStatus status = CollapseStatus::kAccepted;
   float cost = 0;
-  std::vector<double> errors;    ///< one a field, fractions of the ranges: the exact maxima
+  std::vector<double> errors;    ///< one a field, fractions of the ranges: the exact maxima; empty: not looked at
   BoundaryMove move;             ///< where it moves the boundary
   std::vector<double> outside;   ///< one a field, fractions of the ranges: at removed vertices that no tet covers
   std::vector<double> integrals; ///< as Trial::measure() has them: modified slot x (field, volume)
