@@ -1,9 +1,9 @@
 // How numbers are coded, once for the reader's side and the writer's (see range_coder.hpp for the sides): each function
 // takes the true value on the writer's side and returns it on both.
 //
-//   unsigned   the length in bits by a tree of contexts, the two bits below the leading one by contexts, the rest as it
-//   is signed     the magnitude, then the sign scalar     its rank among the values of its type, less that of the
-//   prediction; where a column holds decimal numbers
+//   unsigned   the length in bits by a tree of contexts, the two bits below the leading one by contexts, the rest as is
+//   signed     the magnitude, then the sign
+//   scalar     its rank among the values of its type, less that of the prediction; where a column holds decimal numbers
 //              (see DecimalRanking), the difference in units of the last place
 //   code       of an error: its difference from what is expected
 #pragma once

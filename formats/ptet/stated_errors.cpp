@@ -267,20 +267,28 @@ StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples
     const std::size_t end = std::min(begin + kMeasureBatch, records.size());
     measured.assign(end - begin, {});
     std::atomic<std::size_t> next{begin};
-    const auto work = [&](ExactFieldError::Workspace& workspace) {
-      for (std::size_t i = next++; i < end; i = next++)
-        measured[i - begin] = measurer.measure(RecordId{records[i]}, workspace);
+    std::vector<std::exception_ptr> thrown(threads);
+    const auto work = [&](std::size_t k) {
+      try {
+        for (std::size_t i = next++; i < end; i = next++)
+          measured[i - begin] = measurer.measure(RecordId{records[i]}, workspaces[k]);
+      } catch (...) {
+        thrown[k] = std::current_exception();
+        next = end;
+      }
     };
     {
       std::vector<std::jthread> others;
       try {
         for (std::size_t k = 1; k < threads; ++k)
-          others.emplace_back([&, k] { work(workspaces[k]); });
+          others.emplace_back([&, k] { work(k); });
       } catch (const std::system_error&) {
         // The system gives no more of them; those that are there do all of it.
       }
-      work(workspaces[0]);
+      work(0);
     }
+    for (const std::exception_ptr& error : thrown)
+      if (error) std::rethrow_exception(error);
     for (std::size_t i = begin; i < end; ++i)
       judge.judge(records[i], measured[i - begin]);
   }

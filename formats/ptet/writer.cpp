@@ -28,7 +28,7 @@ void report(const ProgressCallback& progress, std::string_view stage, std::uint6
 }
 
 void check_sizes(std::uint64_t vertices, std::uint64_t tets, std::uint64_t versions) {
-  if (vertices >= 0x7FFFFFF0 || tets >= 0x3FFFFFFF || versions >= 0xFFFFFFFE)
+  if (vertices > kMaxFileVertices || tets > kMaxFileTets || versions > kMaxFileVersions)
     throw Error(ErrorCode::kLimit, "the mesh is too large for a .ptet file");
 }
 

@@ -11,6 +11,9 @@
 
 namespace ptet::file {
 
+/// What a file can hold.
+inline constexpr std::uint64_t kMaxFileVertices = 0x7FFFFFEF, kMaxFileTets = 0x3FFFFFFE, kMaxFileVersions = 0xFFFFFFFD;
+
 /// Throws Error(kLimit) for a mesh that no .ptet file can hold: too many vertices, tets, point arrays or components of
 /// one. write() and encode() throw the same; this says it before a build.
 void check_storable(const TetMesh& mesh);

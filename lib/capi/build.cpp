@@ -26,9 +26,6 @@ struct ptet_bytes {
 
 namespace {
 
-// What a .ptet file can hold at all; smaller limits are the build's to find.
-constexpr std::uint64_t kMaxFilePoints = std::numeric_limits<std::uint32_t>::max() - 2;
-constexpr std::uint64_t kMaxFileTets = std::uint64_t{1} << 30;
 constexpr std::uint32_t kMaxComponents = 1024;
 
 static_assert(PTET_PREDICT_EXACT == static_cast<int>(Prediction::kExact));
@@ -50,7 +47,8 @@ Enum checked(std::int32_t number, Enum last, const char* what) {
 
 void check_count(std::uint64_t count, std::uint64_t most, const char* what) {
   if (count > most)
-    throw Error(ErrorCode::kLimit, std::to_string(count) + " " + what + "; a file can hold " + std::to_string(most));
+    throw Error(ErrorCode::kLimit,
+                std::to_string(count) + " " + what + "; at most " + std::to_string(most) + " can be built from");
 }
 
 PointArray copy_array(const char* name, ptet_scalar_type type, std::uint32_t components, std::uint64_t rows,
@@ -97,7 +95,7 @@ ptet_status ptet_builder_set_points(ptet_builder* builder, ptet_scalar_type type
                                     ptet_error** error) {
   return change(builder, error, [&](ptet_builder& to) {
     if (to.has_points) refuse("the builder has its points already");
-    check_count(count, kMaxFilePoints, "points");
+    check_count(count, kMostVerticesToBuild, "points");
     if (count > 0) (void)required(static_cast<const std::byte*>(xyz), "the array of points");
     to.mesh.positions = copy_array("", type, 3, count, xyz);
     to.has_points = true;
@@ -107,7 +105,7 @@ ptet_status ptet_builder_set_points(ptet_builder* builder, ptet_scalar_type type
 ptet_status ptet_builder_set_tets(ptet_builder* builder, uint64_t count, const uint32_t* corners, ptet_error** error) {
   return change(builder, error, [&](ptet_builder& to) {
     if (to.has_tets) refuse("the builder has its tets already");
-    check_count(count, kMaxFileTets, "tets");
+    check_count(count, kMostTetsToBuild, "tets");
     if (count > 0) (void)required(corners, "the array of tets");
     std::vector<Tet> tets(static_cast<std::size_t>(count));
     for (std::size_t t = 0; t < tets.size(); ++t)

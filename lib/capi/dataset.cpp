@@ -160,6 +160,10 @@ void ptet_dataset_free(ptet_dataset* dataset) {
   delete dataset;
 }
 
+uint64_t ptet_dataset_bytes_read(const ptet_dataset* dataset) {
+  return dataset == nullptr ? 0 : dataset->data->bytes_read();
+}
+
 ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info* info, ptet_error** error) {
   return guarded(error, [&] {
     const DatasetInfo& of = required(dataset, "the dataset").data->info();

@@ -3,6 +3,7 @@
 #include "capi/handles.hpp"
 #include "ptet/dataset.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <type_traits>
 #include <vector>
@@ -143,6 +144,20 @@ double ptet_extraction_part_field_error(const ptet_extraction* extraction, ptet_
 double ptet_extraction_part_domain_error(const ptet_extraction* extraction, ptet_part part, uint32_t number) {
   const PartErrors* const errors = part_of(extraction, part, number);
   return errors == nullptr ? kNotANumber : errors->domain_error;
+}
+
+int32_t ptet_extraction_is_unmet(const ptet_extraction* extraction, const ptet_request* request, ptet_part part,
+                                 uint32_t number) {
+  if (extraction == nullptr || request == nullptr) return 0;
+  try {
+    const UnmetWishes unmet = unmet_wishes(request->request, extraction->extraction.mesh);
+    const auto has = [&](const std::vector<std::size_t>& numbers) {
+      return std::find(numbers.begin(), numbers.end(), number) != numbers.end() ? 1 : 0;
+    };
+    return part == PTET_PART_FOCUS ? has(unmet.focus) : part == PTET_PART_VALUES ? has(unmet.values) : 0;
+  } catch (...) {
+    return 0; // no memory to look
+  }
 }
 
 double ptet_extraction_pixels_in_view(const ptet_extraction* extraction) {

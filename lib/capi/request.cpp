@@ -156,7 +156,7 @@ ptet_status ptet_request_set_view(ptet_request* request, const ptet_view* view, 
     seen.width = given.width;
     seen.height = given.height;
     seen.max_pixels = given.max_pixels;
-    seen.outside = given.outside;
+    if (given.outside != 0) seen.outside = given.outside; // what a struct of zeros has
     asked.view = seen;
   });
 }

@@ -35,45 +35,84 @@ public:
       : hierarchy_(hierarchy), request_(request), budget_(hierarchy, request.budgets), progress_(progress),
         cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()) {}
 
-  Cut run() {
+  FoundCut run() {
+    const Loader::Turn turn(hierarchy_.loader(), until(), progress_ ? &cancellation_ : nullptr);
+    may_load_ = turn.has_come();
+    Lock lock;
+    do
+      lock = search();
+    while (request_.origins && !read_origins(lock));
+    cut_.count = static_cast<std::uint32_t>(std::count(cut_.applied.begin(), cut_.applied.end(), 1));
+    cut_.limited_by = cut_.count == cut_.applied.size() ? LimitedBy::kNothing
+                      : is_time_up_                     ? LimitedBy::kTime
+                      : stopped_by_budget_              ? LimitedBy::kBudget
+                                                        : request_.when_met;
+    return {std::move(cut_), std::move(lock)};
+  }
+
+private:
+  using BlockDemands = std::vector<BlockDemand>;
+  using Lock = std::shared_lock<std::shared_mutex>;
+
+  /// Which records are in the cut is found under one lock, the one that it returns: what was read for it may be gone
+  /// under another.
+  Lock search() {
+    stopped_by_budget_ = false;
     const Demand& demand = request_.demand;
     const BlockDemands promised = demands_of(demand.promised), wished = demands_of(demand.wished);
     cut_.missing.assign(blocks_.size(), 0);
     cut_.read = blocks_of(promised);
     if (request_.budgets.any()) {
       read_promised();
-    } else {
-      const BlockSet more = blocks_of(wished);
-      for (std::size_t b = 0; b < blocks_.size(); ++b)
-        cut_.read[b] |= more[b];
-      read(cut_.read);
+      if (!is_time_up_) return spend(promised, wished);
+      Lock lock = hierarchy_.lock();
+      keep_loaded(cut_.read);
+      apply_promised(promised, cut_.read);
+      return lock;
     }
-    {
-      const auto lock = hierarchy_.lock();
-      cut_.applied.assign(hierarchy_.header().record_count, 0);
-      apply(demand.promised, promised);
-      if (!request_.budgets.any() && !demand.wished.are_closed()) apply(demand.wished, wished);
-      close_over_parents();
-      if (!request_.budgets.any() && demand.wished.are_closed()) apply(demand.wished, wished);
-    }
-    if (request_.budgets.any() && !is_time_up_) spend(demand.wished, wished);
-    if (request_.origins) {
-      cut_.read.assign(blocks_.size(), 1);
-      read(cut_.read);
-    }
-    cut_.count = static_cast<std::uint32_t>(std::count(cut_.applied.begin(), cut_.applied.end(), 1));
-    cut_.limited_by = cut_.count == cut_.applied.size() ? LimitedBy::kNothing
-                      : is_time_up_                     ? LimitedBy::kTime
-                      : stopped_by_budget_              ? LimitedBy::kBudget
-                                                        : request_.when_met;
-    return std::move(cut_);
+    const BlockSet more = blocks_of(wished);
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
+      cut_.read[b] |= more[b];
+    read(cut_.read);
+    Lock lock = hierarchy_.lock();
+    keep_loaded(cut_.read);
+    cut_.applied.assign(hierarchy_.header().record_count, 0);
+    apply(demand.promised, promised, cut_.read);
+    if (!demand.wished.are_closed()) apply(demand.wished, wished, cut_.read);
+    close_over_parents();
+    if (demand.wished.are_closed()) apply(demand.wished, wished, cut_.read);
+    return lock;
   }
 
-private:
-  using BlockDemands = std::vector<BlockDemand>;
+  /// Reads all of the file. Returns false when what the cut was found from is gone since.
+  bool read_origins(Lock& lock) {
+    const std::uint64_t revision = hierarchy_.loader().revision();
+    lock.unlock();
+    cut_.read.assign(blocks_.size(), 1);
+    read(cut_.read);
+    lock = hierarchy_.lock();
+    keep_loaded(cut_.read);
+    const bool is_same = hierarchy_.loader().revision() == revision;
+    if (!is_same) lock.unlock();
+    return is_same;
+  }
+
+  /// Of a set that was read, what is loaded now; the rest is missing. The lock must be held.
+  void keep_loaded(BlockSet& set) {
+    for (std::size_t b = 0; b < set.size(); ++b)
+      if (set[b] != 0 && content().block_loaded[b] == 0) {
+        set[b] = 0;
+        cut_.missing[b] = 1;
+      }
+  }
 
   void read(BlockSet& set) {
     cancellation_.check();
+    if (!may_load_) {
+      hierarchy_.loader().keep_loaded(set);
+      is_time_up_ = true;
+      return;
+    }
     hierarchy_.close(set);
     const BlockSet wanted = set;
     if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr)) {
@@ -198,10 +237,15 @@ private:
     for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
       if (demand == BlockDemand::kAll || wants.wants(hierarchy_, RecordId{r})) f(r);
   }
-  void apply(const Wants& wants, const BlockDemands& demands) {
+  void apply(const Wants& wants, const BlockDemands& demands, const BlockSet& blocks) {
     for (std::size_t b = 0; b < blocks_.size(); ++b)
-      if (cut_.read[b] != 0)
-        for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) { cut_.applied[r] = 1; });
+      if (blocks[b] != 0) for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) { cut_.applied[r] = 1; });
+  }
+  /// Nothing but what is promised, closed.
+  void apply_promised(const BlockDemands& promised, const BlockSet& blocks) {
+    cut_.applied.assign(hierarchy_.header().record_count, 0);
+    apply(request_.demand.promised, promised, blocks);
+    close_over_parents();
   }
 
   void close_over_parents() {
@@ -231,18 +275,16 @@ private:
   // What is promised stands whatever it takes; the budget decides what else is refined.
   //
   // Reads blocks in the order of their largest key until no unread one can hold a record that comes before the first
-  // that does not fit.
-  void spend(const Wants& wants, const BlockDemands& demands) {
-    const BlocksByOrder by_key = in_order(blocks_of(demands));
+  // that does not fit. The lock that it returns is that of the last look.
+  Lock spend(const BlockDemands& promised, const BlockDemands& wished) {
+    const BlocksByOrder by_key = in_order(blocks_of(wished));
     const BlockSet promised_blocks = cut_.read, promised_missing = cut_.missing;
-    const std::vector<char> promised = cut_.applied;
     std::uint64_t expected = 0;
-    bool promised_fits = true;
     {
-      const auto lock = hierarchy_.lock();
-      const Spending spent = spent_on(promised);
-      expected = spent.expected_records();
-      promised_fits = spent.fits();
+      const Lock lock = hierarchy_.lock();
+      keep_loaded(cut_.read);
+      apply_promised(promised, cut_.read);
+      expected = spent_on(cut_.applied).expected_records();
     }
     // Every wanted record with a key of at least `reach` is in memory.
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
@@ -251,9 +293,13 @@ private:
       const bool has_read_all =
           by_key.empty() || reach <= by_key.back().first || hierarchy_.loader().waits_for(cut_.missing);
       if (has_read_all) reach = 0;
-      const auto lock = hierarchy_.lock();
-      cut_.applied = promised;
-      const std::uint32_t stop = take_down_to(reach, wants, demands);
+      Lock lock = hierarchy_.lock();
+      keep_loaded(cut_.read);
+      BlockSet promised_read = promised_blocks;
+      intersect(promised_read, cut_.read);
+      apply_promised(promised, promised_read);
+      const bool promised_fits = spent_on(cut_.applied).fits();
+      const std::uint32_t stop = take_down_to(reach, request_.demand.wished, wished);
       if (stop != kNoKey || has_read_all || is_time_up_) {
         stopped_by_budget_ = stop != kNoKey || !promised_fits;
         // Blocks that were read, or could not be had, on the way here do not count, only those that the end of the
@@ -261,11 +307,9 @@ private:
         if (!is_time_up_) {
           cut_.read = blocks_above(stop != kNoKey ? stop : reach, by_key, promised_blocks);
           cut_.missing = promised_missing;
-          for (std::size_t b = 0; b < blocks_.size(); ++b)
-            if (cut_.read[b] != 0 && content().block_loaded[b] == 0) cut_.missing[b] = 1;
+          keep_loaded(cut_.read);
         }
-        intersect(cut_.read, content().block_loaded);
-        return;
+        return lock;
       }
       expected *= 2;
       reach = std::min<std::uint32_t>(budget_.key_of_rank(by_key, expected), reach - 1);
@@ -363,6 +407,7 @@ private:
   Cancellation cancellation_;
   const std::vector<file::BlockInfo>& blocks_;
   const Clock::time_point begin_;
+  bool may_load_ = true; ///< but for what is in memory already
   Cut cut_;
   bool stopped_by_budget_ = false;
   bool is_time_up_ = false;
@@ -370,7 +415,7 @@ private:
 
 } // namespace
 
-Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress) {
+FoundCut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress) {
   return CutSearch(hierarchy, request, progress).run();
 }
 

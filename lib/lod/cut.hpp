@@ -6,6 +6,7 @@
 #include "lod/request.hpp"
 
 #include <cstdint>
+#include <shared_mutex>
 #include <vector>
 
 namespace ptet {
@@ -20,8 +21,15 @@ struct Cut {
   LimitedBy limited_by = LimitedBy::kNothing;
 };
 
+/// A cut, and the lock under which it was found: while that is held, all that the cut depends on is in memory. Under
+/// another one blocks may be gone, where memory is limited or damage was met.
+struct FoundCut {
+  Cut cut;
+  std::shared_lock<std::shared_mutex> lock;
+};
+
 /// Reads the blocks it needs. Thread rule: see Hierarchy. `progress` is called now and then while it does; the only
 /// locks held then are those of loading.
-[[nodiscard]] Cut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress);
+[[nodiscard]] FoundCut find_cut(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress);
 
 } // namespace ptet

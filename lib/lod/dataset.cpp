@@ -4,9 +4,9 @@
 #include "lod/extraction.hpp"
 #include "lod/input_order.hpp"
 #include "lod/provenance.hpp"
+#include "record/order_code.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <limits>
 #include <optional>
@@ -95,16 +95,16 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
       throw Error(ErrorCode::kBadArgument, "the file does not keep the order of its input; build it so (keep_order)");
     order = hierarchy.read_input_order();
   }
-  const Loader::Turn turn(loader);
-  while (true) {
-    const Cut cut = find_cut(hierarchy, resolved, progress);
-    auto lock = hierarchy.lock();
-    // Another thread met a damaged block, and what could not be read again is gone.
-    if (!loader.holds(cut.read)) continue;
+  constexpr int kMostTries = 8;
+  for (int tries = 1;; ++tries) {
+    auto [cut, lock] = find_cut(hierarchy, resolved, progress);
     Extraction extraction = extract_cut(hierarchy, cut, resolved);
     extraction.complete = std::count(cut.missing.begin(), cut.missing.end(), 1) == 0;
     if (!extraction.complete) {
       Loader::Shortfall shortfall = loader.explain(cut.missing);
+      // Nothing stands against it any more: another thread has got since what this one failed to.
+      const bool is_had = shortfall.limited_by == LimitedBy::kUnreadable && shortfall.failures.empty();
+      if (is_had && tries < kMostTries) continue;
       extraction.limited_by = shortfall.limited_by;
       extraction.failures = std::move(shortfall.failures);
     }
@@ -122,7 +122,7 @@ void Dataset::origin_values(std::span<const RecordId> made_by, OriginValue what,
   if (values.size() != made_by.size())
     throw Error(ErrorCode::kBadArgument,
                 std::to_string(values.size()) + " values for " + std::to_string(made_by.size()) + " records");
-  const Hierarchy& hierarchy = impl_->hierarchy;
+  Hierarchy& hierarchy = impl_->hierarchy;
   const std::size_t codes = hierarchy.errors_per_record();
   if (what == OriginValue::kFieldError && field + 1 >= codes)
     throw Error(ErrorCode::kBadArgument, "there is no governing field " + std::to_string(field));
@@ -149,10 +149,7 @@ void Dataset::origin_values(std::span<const RecordId> made_by, OriginValue what,
   case OriginValue::kDomainError:
     fill([&](std::size_t r) { return decode_error(content.own[(r + 1) * codes - 1], hierarchy.header().diagonal); });
     break;
-  case OriginValue::kLevel:
-    // Records come from coarse to fine: so many vertices were there when this one made the tet, about.
-    fill([&](std::uint64_t r) { return std::bit_width(info().vertices / (info().base_vertices + r + 1)); });
-    break;
+  case OriginValue::kLevel: fill([&](std::size_t r) { return halvings(content.order[r]); }); break;
   case OriginValue::kGeneration: fill([&](std::size_t r) { return content.generation[r]; }); break;
   }
 }

@@ -1,5 +1,5 @@
 // An opened file in memory: what has been read of it, and reading more (loader.hpp). What was read may be gone under
-// the next lock, so whoever goes on with a cut under another one asks Loader::holds().
+// the next lock, so whoever goes on with a cut under another one asks Loader::holds() and Loader::revision().
 #pragma once
 
 #include "formats/ptet/reader.hpp"
@@ -32,8 +32,11 @@ public:
   [[nodiscard]] std::uint32_t used_base_vertex_count() const { return used_base_vertex_count_; }
   [[nodiscard]] std::uint32_t base_face_count() const { return base_face_count_; }
 
-  /// See file::Reader. Nothing else waits for it but another read of the source.
-  [[nodiscard]] file::InputOrder read_input_order() const { return reader_.read_input_order(); }
+  /// See file::Reader. Nothing else waits for it but another read of the source. Refused as Loader::lock() is.
+  [[nodiscard]] file::InputOrder read_input_order() const {
+    loader_.refuse_orphaned();
+    return reader_.read_input_order();
+  }
 
   [[nodiscard]] Loader& loader() { return loader_; }
   [[nodiscard]] const Loader& loader() const { return loader_; }
@@ -44,7 +47,7 @@ public:
   void load(BlockSet& closed, const void* asker = nullptr) { loader_.load(closed, nullptr, asker); }
 
   /// Hold it to look at what follows.
-  [[nodiscard]] std::shared_lock<std::shared_mutex> lock() const { return loader_.lock(); }
+  [[nodiscard]] std::shared_lock<std::shared_mutex> lock() { return loader_.lock(); }
   [[nodiscard]] const file::Content& content() const { return content_; }
   [[nodiscard]] Point position(VertexId v) const;
   /// Bounding box of the star of the record's vertex; of a loaded record.

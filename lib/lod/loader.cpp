@@ -12,6 +12,20 @@ namespace {
 /// Thrown out of a decoding that nobody wants any more.
 struct Stopped {};
 
+/// The returned lock is owned unless the time was up first.
+std::unique_lock<file::OwnedMutex> wait_for_others(file::OwnedMutex& mutex,
+                                                   std::optional<std::chrono::steady_clock::time_point> until,
+                                                   Cancellation* cancellation) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kBetweenLooks{20};
+  std::unique_lock one(mutex, std::defer_lock);
+  while (!one.try_lock_until(std::min(until.value_or(Clock::time_point::max()), Clock::now() + kBetweenLooks))) {
+    if (until && Clock::now() >= *until) break;
+    if (cancellation != nullptr) cancellation->check();
+  }
+  return one;
+}
+
 } // namespace
 
 Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& options,
@@ -40,9 +54,13 @@ Loader::~Loader() {
 
 // ---- locks ----
 
-std::shared_lock<std::shared_mutex> Loader::lock() const {
-  if (queue_) queue_->refuse_orphaned();
-  return lock_.shared();
+std::shared_lock<std::shared_mutex> Loader::lock() {
+  refuse_orphaned();
+  while (true) {
+    repair();
+    auto guard = lock_.shared();
+    if (!is_spoilt_) return guard;
+  }
 }
 
 // When something is thrown amid a change the content is marked spoilt, so that nobody finds it half done.
@@ -63,34 +81,28 @@ void Loader::spoil() {
 }
 
 bool Loader::holds(const BlockSet& set) const {
-  return !is_spoilt_ && is_subset(set, content_.block_loaded);
+  return is_subset(set, content_.block_loaded);
 }
 
-void Loader::keep_loaded(BlockSet& set) const {
+void Loader::keep_loaded(BlockSet& set) {
   const auto guard = lock();
   intersect(set, content_.block_loaded);
 }
 
-Loader::Turn::Turn(Loader& loader) : loader_(loader) {
-  if (loader.takes_turns_) lock_ = std::unique_lock(loader.turn_);
+Loader::Turn::Turn(Loader& loader, std::optional<Clock::time_point> until, Cancellation* cancellation)
+    : loader_(loader) {
+  if (loader.takes_turns_) lock_ = wait_for_others(loader.turn_, until, cancellation);
 }
 
 Loader::Turn::~Turn() {
   if (lock_) std::fill(loader_.in_use_.begin(), loader_.in_use_.end(), char{0});
 }
 
-void Loader::pin(const BlockSet& set) {
+void Loader::count_pins(const BlockSet& set, std::uint32_t change) {
   if (is_orphaned()) return;
   const std::lock_guard guard(pins_mutex_);
-  for (const std::uint32_t b : members(set))
-    ++pins_[b];
-}
-
-void Loader::unpin(const BlockSet& set) {
-  if (is_orphaned()) return;
-  const std::lock_guard guard(pins_mutex_);
-  for (const std::uint32_t b : members(set))
-    --pins_[b];
+  for (std::size_t b = 0; b < set.size(); ++b)
+    if (set[b] != 0) pins_[b] += change;
 }
 
 // ---- sets of blocks ----
@@ -123,8 +135,6 @@ void Loader::load(BlockSet& closed, Cancellation* cancellation, const void* aske
 
 bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> until, Cancellation* cancellation,
                             const void* asker) {
-  if (queue_) queue_->refuse_orphaned();
-  repair();
   bool is_there = false, is_free = true;
   {
     const auto guard = lock();
@@ -134,7 +144,7 @@ bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> u
     if (queue_) {
       queue_->ask_for(closed, asker);
     } else {
-      const auto one = wait_for_others(until, cancellation);
+      const auto one = wait_for_others(loading_, until, cancellation);
       is_free = one.owns_lock();
       if (is_free) load_now(closed, cancellation);
     }
@@ -144,18 +154,6 @@ bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> u
   }
   if (takes_turns_) unite(in_use_, closed);
   return is_free;
-}
-
-/// The returned lock is owned unless the time was up first.
-std::unique_lock<file::OwnedMutex> Loader::wait_for_others(std::optional<Clock::time_point> until,
-                                                           Cancellation* cancellation) {
-  constexpr std::chrono::milliseconds kBetweenLooks{20};
-  std::unique_lock one(loading_, std::defer_lock);
-  while (!one.try_lock_until(std::min(until.value_or(Clock::time_point::max()), Clock::now() + kBetweenLooks))) {
-    if (until && Clock::now() >= *until) break;
-    if (cancellation != nullptr) cancellation->check();
-  }
-  return one;
 }
 
 // Blocks that failed before are tried again last, so that a source that fails for some blocks does not keep the others

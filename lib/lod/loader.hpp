@@ -43,9 +43,14 @@ public:
   Loader(const Loader&) = delete;
   Loader& operator=(const Loader&) = delete;
 
-  /// Hold it to look at the content. A thread must not take it twice. Throws Error(kIo) in a process that was forked
-  /// from the one whose thread loads in the background, as do the others that take locks.
-  [[nodiscard]] std::shared_lock<std::shared_mutex> lock() const;
+  /// Hold it to look at the content. A thread must not take it twice. What a load that ran out of memory left behind is
+  /// put right first. Throws Error(kIo) in a process that was forked from the one whose thread loads in the background,
+  /// as do the others that take locks; std::bad_alloc, and then there is nothing to look at.
+  [[nodiscard]] std::shared_lock<std::shared_mutex> lock();
+  /// Throws that Error there. Of what never changes, too, only what asks the source has to be refused.
+  void refuse_orphaned() const {
+    if (queue_) queue_->refuse_orphaned();
+  }
   /// Are all of the set loaded? The lock must be held.
   [[nodiscard]] bool holds(const BlockSet& set) const;
 
@@ -73,7 +78,7 @@ public:
     if (queue_) queue_->forget_asker(asker);
   }
   /// Takes out of the set what is not loaded. Takes the lock itself.
-  void keep_loaded(BlockSet& set) const;
+  void keep_loaded(BlockSet& set);
 
   using Shortfall = ptet::Shortfall;
   /// See BlockLosses.
@@ -90,10 +95,15 @@ public:
   /// thread that loads in the background takes no heed of them. Throws Error(kBadArgument) in its owner's thread.
   class Turn {
   public:
-    explicit Turn(Loader& loader);
+    explicit Turn(Loader& loader) : Turn(loader, std::nullopt, nullptr) {}
+    /// Waits no longer than `until`. Throws Error(kCancelled).
+    Turn(Loader& loader, std::optional<std::chrono::steady_clock::time_point> until, Cancellation* cancellation);
     ~Turn();
     Turn(const Turn&) = delete;
     Turn& operator=(const Turn&) = delete;
+
+    /// False when the time was up before those of others: then nothing may be loaded.
+    [[nodiscard]] bool has_come() const { return !loader_.takes_turns_ || lock_.owns_lock(); }
 
   private:
     Loader& loader_;
@@ -104,9 +114,9 @@ public:
   [[nodiscard]] bool is_in_background() const { return in_background_; }
   /// Whether blocks may be dropped: not all fit the memory.
   [[nodiscard]] bool is_limited() const { return is_limited_; }
-  /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load.
-  void pin(const BlockSet& set);
-  void unpin(const BlockSet& set);
+  /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load. Neither takes memory.
+  void pin(const BlockSet& set) { count_pins(set, 1); }
+  void unpin(const BlockSet& set) { count_pins(set, ~0U); }
   /// Grows whenever the content was made anew: versions have other ids then, and, if its bytes could not be read again,
   /// even a pinned block may be gone. The lock must be held.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
@@ -123,8 +133,7 @@ private:
   decltype(auto) alone(F&& f);
   void spoil();
 
-  [[nodiscard]] std::unique_lock<file::OwnedMutex> wait_for_others(std::optional<Clock::time_point> until,
-                                                                   Cancellation* cancellation);
+  void count_pins(const BlockSet& set, std::uint32_t change);
   /// A load() that is to be done by some time.
   struct TimedLoad {
     BlockSet loaded, lost; ///< what it has so far, and what could not be had

@@ -35,7 +35,7 @@ public:
       : dataset_(std::move(dataset)), hierarchy_(dataset_->impl().hierarchy) {
     start_over();
   }
-  ~Impl() { pin(BlockSet(pinned_.size(), 0)); }
+  ~Impl() { hierarchy_.loader().unpin(pinned_); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
@@ -112,10 +112,8 @@ private:
     return loader.revision() == revision_ && loader.holds(cut_->read());
   }
 
-  // From the base mesh, like a new session. Loading nothing puts right what a load that ran out of memory left behind.
+  // From the base mesh, like a new session.
   void start_over() {
-    BlockSet none(hierarchy_.blocks().size(), 0);
-    hierarchy_.load(none);
     const auto lock = hierarchy_.lock();
     revision_ = hierarchy_.loader().revision();
     cut_.emplace(hierarchy_);
@@ -124,6 +122,7 @@ private:
     applied_.assign(hierarchy_.header().record_count, 0);
     applied_count_ = 0;
     result_ = {};
+    result_.limited_by = applied_.empty() ? LimitedBy::kNothing : LimitedBy::kError; // nothing is asked of it yet
     is_told_ = false;
   }
 
@@ -131,9 +130,10 @@ private:
   void pin(const BlockSet& set) {
     Loader& loader = hierarchy_.loader();
     if (!loader.is_limited()) return;
-    loader.pin(set);
+    BlockSet next = set;
+    loader.pin(next);
     loader.unpin(pinned_);
-    pinned_ = set;
+    pinned_ = std::move(next);
   }
 
   // Collapses have the children first, splits the parents.

@@ -19,5 +19,10 @@ inline constexpr OrderCode kMaxOrderCode = 767;
 /// 1 <= `left` <= `original`. Saturates at kMaxOrderCode, which stands for 2^23.97 times fewer vertices. The same on
 /// every machine.
 [[nodiscard]] OrderCode encode_order(std::uint64_t original, std::uint64_t left);
+/// n, where between 1/2^n and 1/2^(n-1) of the vertices were left; at least 1.
+[[nodiscard]] constexpr int halvings(OrderCode code) {
+  constexpr int kCodesPerHalving = 32;
+  return code == 0 ? 1 : 1 + (code - 1) / kCodesPerHalving;
+}
 
 } // namespace ptet

@@ -68,7 +68,7 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
     : base_vertex_count_(base_vertex_count) {
   if (record_count >= kMaxRecords || base_vertex_count >= kDummyVertex.index() - record_count ||
       base_tets.size() >= kMaxLive / 4)
-    throw Error(ErrorCode::kLimit, "the mesh is too large: more vertices or tets than 32-bit ids can name");
+    throw Error(ErrorCode::kLimit, "the base mesh is too large: more vertices or tets than can be refined");
   for (const Tet& tet : base_tets) {
     for (std::size_t i = 0; i < 4; ++i) {
       if (tet[i].index() >= base_vertex_count)
@@ -172,7 +172,7 @@ void Refinement::finish_split(RecordId r, VertexId target, std::span<const Recor
   const std::size_t fine = region_.size() + rim_.size();
   version_count_ += fine;
   if (version_count_ >= kNoPlace || live_.size() + rim_.size() >= kMaxLive)
-    throw Error(ErrorCode::kLimit, "the mesh is too large: more tets than 32-bit ids can name");
+    throw Error(ErrorCode::kLimit, "the mesh is too large: more tets than can be refined");
   fine_count_[r.index()] = static_cast<std::uint16_t>(fine);
   live_.resize(live_.size() + rim_.size());
   replace_region(r);

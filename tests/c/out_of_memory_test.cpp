@@ -199,6 +199,55 @@ int main() {
   check_and_close();
   ptet_request_free(whole);
 
+  // A dataset whose blocks were left in the middle, and then what they are made anew in, answers whatever is asked
+  // next.
+  ptet_request* const hurried = ptet_request_new();
+  check(ptet_request_add_field_error(hurried, nullptr, 0.1, 1, nullptr) == PTET_OK &&
+            ptet_request_set_max_milliseconds(hurried, 1e6, nullptr) == PTET_OK,
+        "asks", -1);
+  enum class Next { kOrigins, kHurried, kSession };
+  for (const Next next : {Next::kOrigins, Next::kHurried, Next::kSession}) {
+    const auto ask_and_close = [&] {
+      if (dataset != nullptr) {
+        const std::uint32_t made_by = 0;
+        double level = 0;
+        if (next == Next::kOrigins)
+          check(ptet_dataset_get_origin_values(dataset, &made_by, 1, PTET_ORIGIN_LEVEL, 0, &level, nullptr) == PTET_OK,
+                "tells origins", -1);
+        if (next == Next::kHurried) {
+          ptet_extraction* in_time = nullptr;
+          check(ptet_dataset_extract(dataset, hurried, nullptr, nullptr, &in_time, nullptr) == PTET_OK, "in time", -1);
+          ptet_extraction_free(in_time);
+        }
+        if (next == Next::kSession) {
+          check(ptet_session_update(session, request, nullptr, nullptr) == PTET_OK, "goes on", -1);
+          check(tets_in_slots(session) == info.tets, "the same mesh in slots", -1);
+        }
+      }
+      left = 0; // what is freed takes no memory
+      ptet_session_free(session);
+      left = -1;
+      session = nullptr;
+      close();
+    };
+    exhaust(
+        "make anew",
+        [&](ptet_error** error) {
+          return ptet_dataset_extract(dataset, request, nullptr, nullptr, &extraction, error);
+        },
+        ask_and_close,
+        [&] {
+          open_both();
+          left = to_extract / 2;
+          check(ptet_dataset_extract(dataset, request, nullptr, nullptr, &extraction, nullptr) == PTET_OUT_OF_MEMORY,
+                "is left in the middle", -1);
+          left = -1;
+        });
+    ptet_extraction_free(extraction);
+    ask_and_close();
+  }
+  ptet_request_free(hurried);
+
   open_both();
   check(ptet_session_update(session, request, nullptr, nullptr) == PTET_OK, "updates", -1);
   exhaust("extract from a session",

@@ -1,10 +1,12 @@
 // Queries while a thread loads, with little time, and cancelled: every answer must be a closed cut, conforming, with
 // errors that are true, and say what it lacks.
 #include "lod/hierarchy.hpp"
+#include "ptet/build.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/session.hpp"
 #include "support/file_parts.hpp"
 #include "support/loading_sample.hpp"
+#include "support/meshes.hpp"
 #include "support/session_checks.hpp"
 
 #include <algorithm>
@@ -90,6 +92,51 @@ TEST_CASE("a thread loads while eight ask") {
       CHECK(same_mesh(answer, s.answers[i]));
     }
   }
+}
+
+TEST_CASE("what a cut is made of may be dropped while it is looked for") {
+  BuildOptions quickly;
+  quickly.prediction = Prediction::kQuadric;
+  quickly.evaluation = Evaluation::kNone;
+  const Bytes bytes = build_memory(grid({{24, 24, 24}, {}, 2, 5}), quickly);
+  const DatasetInfo info = Dataset::open_memory(bytes)->info();
+  const file::Reader reader(file::over_memory(bytes));
+  OpenOptions options;
+  options.background = true;
+  for (std::uint32_t b = 0; b < reader.blocks().size(); ++b)
+    options.memory_limit += reader.decoded_bytes(b);
+  options.memory_limit /= 2;
+  const auto around = [&](const Point& corner) {
+    Request request;
+    request.focus.push_back({Sphere{corner, 0.1 * info.diagonal}});
+    request.max_tets = info.tets / 50;
+    return request;
+  };
+  const Request here = around(info.box_min), there = around(info.box_max);
+  int lacking = 0;
+  for (int step = 1; step <= 6; ++step) {
+    INFO("dropped at step " << step);
+    const auto dataset = Dataset::open_memory(bytes, options);
+    const auto go_there = [&] {
+      (void)dataset->extract(there);
+      dataset->wait_until_loaded();
+    };
+    (void)dataset->extract(here);
+    dataset->wait_until_loaded();
+    int calls = 0;
+    const Extraction answer = dataset->extract(here, [&](const Progress&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(6)); // so that the next step is told, too
+      if (++calls == step) std::thread(go_there).join();
+      return true;
+    });
+    lacking += answer.limited_by == LimitedBy::kLoading ? 1 : 0;
+    std::vector<char> is_used(answer.mesh.vertex_count(), 0);
+    for (const Tet& tet : answer.mesh.tets)
+      for (const VertexId v : tet)
+        is_used[v.index()] = 1;
+    CHECK(std::count(is_used.begin(), is_used.end(), 0) == 0);
+  }
+  CHECK(lacking > 0);
 }
 
 TEST_CASE("a thread that loads meets damage, and is stopped at any time") {
@@ -325,8 +372,11 @@ TEST_CASE("who has little time does not wait for a thread that reads") {
 
 TEST_CASE("an extraction is cancelled while it reads and while it waits for another that does") {
   const LoadingSample& s = sample();
+  const bool is_limited = GENERATE(false, true);
+  OpenOptions options;
+  if (is_limited) options.memory_limit = s.decoded_bytes / 2;
   const auto source = std::make_shared<FailingSource>(s.bytes);
-  const auto dataset = Dataset::open(source);
+  const auto dataset = Dataset::open(source, options);
   const std::uint64_t opened = source->reads();
   source->set([&](std::uint64_t offset, std::uint64_t count) {
     std::this_thread::sleep_for(std::chrono::milliseconds(6));
@@ -359,10 +409,18 @@ TEST_CASE("an extraction is cancelled while it reads and while it waits for anot
   const std::uint64_t reads = source->reads();
   CHECK(is_cancelled());
   CHECK(source->reads() == reads);
+  Request hurried = s.requests[3];
+  hurried.max_milliseconds = 20;
+  const Extraction coarse = dataset->extract(hurried);
+  CHECK(coarse.limited_by == LimitedBy::kTime);
+  CHECK(source->reads() == reads);
   gate.open();
   reader.join();
   source->set({});
-  CHECK(same_mesh(dataset->extract({}), s.answers[0]));
+  if (is_limited)
+    CHECK(dataset->extract({}).limited_by == LimitedBy::kMemory);
+  else
+    CHECK(same_mesh(dataset->extract({}), s.answers[0]));
 }
 
 TEST_CASE("a source, or a report of progress, that asks its own dataset gets an error and does not wait for itself") {
@@ -497,10 +555,11 @@ TEST_CASE("origins tell errors, levels and generations") {
     const RecordId r = answer.made_by[t];
     CHECK((values[t] == 0) == r.is_none());
     if (r.is_none()) continue;
-    const double share =
-        static_cast<double>(s.base_vertices + r.index() + 1) / static_cast<double>(dataset->info().vertices);
+    const std::size_t collapses_before = brought.at(s.to_original[s.base_vertices + r.index()]);
+    const auto vertices = static_cast<double>(dataset->info().vertices);
+    const double share = (vertices - static_cast<double>(collapses_before)) / vertices;
     CHECK(share <= std::pow(2.0, 1 - values[t]));
-    CHECK(share > std::pow(2.0, -values[t]));
+    CHECK(share >= std::pow(2.0, -values[t]));
     CHECK(generations[t] >= 0);
   }
   CHECK(*std::max_element(generations.begin(), generations.end()) > 1);

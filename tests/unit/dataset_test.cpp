@@ -1,5 +1,6 @@
 #include "formats/ptet/writer.hpp"
 #include "lod/request.hpp"
+#include "ptet/build.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/session.hpp"
 #include "support/mesh_checks.hpp"
@@ -49,7 +50,11 @@ std::string refusal(const std::function<void(Request&)>& spoil) {
 } // namespace
 
 TEST_CASE("dataset: a forked process has no thread that reads, says so and does not wait for it") {
-  const auto bytes = file::encode(mesh(), test::simplify_naively(mesh()), {});
+  BuildOptions ordered;
+  ordered.keep_order = true;
+  const auto bytes = build_memory(mesh(), ordered);
+  Request in_order;
+  in_order.input_order = true;
   OpenOptions options;
   options.background = true;
   for (int delay = 0; delay < 20; ++delay) {
@@ -73,9 +78,9 @@ TEST_CASE("dataset: a forked process has no thread that reads, says so and does 
           return error.code() == ErrorCode::kIo;
         }
       };
-      const bool refuses = is_refused([&] { (void)opened->extract({}); }) &&
-                           is_refused([&] { (void)session->update({}); }) &&
-                           is_refused([&] { opened->wait_until_loaded(); });
+      const bool refuses =
+          is_refused([&] { (void)opened->extract({}); }) && is_refused([&] { (void)opened->extract(in_order); }) &&
+          is_refused([&] { (void)session->update({}); }) && is_refused([&] { opened->wait_until_loaded(); });
       session.reset();
       opened.reset();
       ::_exit(refuses ? 0 : 1);
@@ -234,6 +239,7 @@ TEST_CASE("dataset: what limits an answer") {
   request.field_error = {{"", {1, true}}}; // and has no more error than that
   CHECK(answer(request) == LimitedBy::kBudget);
   Session session(dataset());
+  CHECK(session.extraction().limited_by == LimitedBy::kError); // the base mesh, as long as nothing is asked
   CHECK(session.update(request).limited_by == LimitedBy::kBudget);
   request.max_tets = 1000000;
   CHECK(answer(request) == LimitedBy::kError);

@@ -80,6 +80,10 @@ struct CheckpointOptions {
   bool resume = false;
 };
 
+/// The largest mesh that a build takes.
+inline constexpr std::uint64_t kMostVerticesToBuild = 0x7FFFFFEF;
+inline constexpr std::uint64_t kMostTetsToBuild = std::uint64_t{1} << 28;
+
 struct BuildOptions {
   /// Names of the point arrays whose errors are measured, recorded and kept small; empty: every floating-point array,
   /// and if there is none every array. The other arrays are carried along, bit for bit.

@@ -170,6 +170,8 @@ ptet_status ptet_dataset_open_memory(const void* bytes, uint64_t size, const pte
 ptet_status ptet_dataset_open_source(const ptet_source* source, const ptet_open_options* options,
                                      ptet_dataset** dataset, ptet_error** error);
 void ptet_dataset_free(ptet_dataset* dataset);
+/* Bytes read from the file so far, opening included; 0 for NULL. */
+uint64_t ptet_dataset_bytes_read(const ptet_dataset* dataset);
 
 ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info* info, ptet_error** error);
 /* `field`: 0 to ptet_dataset_info.fields - 1. */
@@ -255,8 +257,8 @@ typedef struct ptet_view {
   uint32_t width;        /* pixels */
   uint32_t height;
   double max_pixels; /* largest domain error in the picture, pixels */
-  double outside;    /* outside the picture errors may be so many times those allowed in it; >= 1, INFINITY: nothing is
-                        asked there */
+  double outside;    /* outside the picture errors may be so many times those allowed in it; >= 1; 0 or INFINITY:
+                        nothing is asked there */
 } ptet_view;
 /* The struct is copied. */
 ptet_status ptet_request_set_view(ptet_request* request, const ptet_view* view, ptet_error** error);
@@ -371,10 +373,17 @@ double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t f
 /* The same among the tets and boundary faces of a part of the mesh that the request names: what meets its focus region
  * `number`; what may take its values of interest `number`, widened by their own error; what meets the picture of its
  * view (`number` 0). NaN where the request had no such part, or the field does not govern. */
-typedef enum ptet_part { PTET_PART_FOCUS = 0, PTET_PART_VALUES = 1, PTET_PART_VIEW = 2 } ptet_part;
+typedef int32_t ptet_part;
+enum { PTET_PART_FOCUS = 0, PTET_PART_VALUES = 1, PTET_PART_VIEW = 2 };
 double ptet_extraction_part_field_error(const ptet_extraction* extraction, ptet_part part, uint32_t number,
                                         uint32_t field);
 double ptet_extraction_part_domain_error(const ptet_extraction* extraction, ptet_part part, uint32_t number);
+/* Not 0 where the mesh, of the request that it answers, has nothing of such a part: no tet meets the focus region, no
+ * point has a value of interest. As a rule a slip of the user's, who wants to be told. 0 for PTET_PART_VIEW, for NULL,
+ * and where the request has no such part. Cost: next to nothing for what is met, a look at every tet for what is not.
+ */
+int32_t ptet_extraction_is_unmet(const ptet_extraction* extraction, const ptet_request* request, ptet_part part,
+                                 uint32_t number);
 /* The largest domain error in the picture as the view counts it, pixels; INFINITY where a face with an error comes as
  * near to the eye as the error is large, 0 without a view. */
 double ptet_extraction_pixels_in_view(const ptet_extraction* extraction);
@@ -406,7 +415,7 @@ typedef struct ptet_session_changes {
   uint64_t boundary_faces;
   uint64_t vertices;
   /* By splits and collapses; tets that only got another corner are not counted. The first update adds the coarsest
-   * mesh as well. */
+   * mesh as well, and so does one that starts over, which does not count what it leaves behind. */
   uint64_t tets_added;
   uint64_t tets_removed;
   uint64_t vertices_added;

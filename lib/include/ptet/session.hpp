@@ -31,7 +31,8 @@ struct SessionUpdate {
   std::span<const std::uint32_t> changed_tets, changed_faces, changed_vertices;
   /// Of the mesh as it is now.
   std::uint64_t tets = 0, boundary_faces = 0, vertices = 0;
-  /// What splits brought and collapses took away; tets that only got another corner are not counted.
+  /// What splits brought and collapses took away; tets that only got another corner are not counted. The first update
+  /// also brings the base mesh, as does one that starts over, which does not count what it leaves behind.
   std::uint64_t tets_added = 0, tets_removed = 0, vertices_added = 0, vertices_removed = 0;
   std::uint64_t splits = 0, collapses = 0;
   /// As in Extraction: one per governing field, in field units; `rms_error` may be empty.
@@ -94,8 +95,9 @@ public:
   [[nodiscard]] const PointArray& positions() const;
   [[nodiscard]] std::span<const PointArray> point_arrays() const;
 
-  /// The mesh without slots, in the order of Dataset::extract. Where the next update would start over, see update(), it
-  /// is that of Dataset::extract for the last request without its budget of time.
+  /// The mesh without slots, in the order of Dataset::extract; before the first update the base mesh. Where the next
+  /// update would start over, see update(), it is that of Dataset::extract for the last request without its budget of
+  /// time.
   [[nodiscard]] Extraction extraction() const;
 
 private:

@@ -33,6 +33,8 @@ print(data)
 sizes = np.unique(np.geomspace(max(info.base_vertices, 2), info.vertices, 24).astype(int))
 cuts = [data.extract(budget=ptet.Budget(vertices=int(size))) for size in sizes]
 coarse = [cut for cut in cuts if cut.field_error[field] > 0]
+if not coarse:
+    raise SystemExit(f"{field} has no error at any size, as a constant has none: name another with --field")
 tets = [len(cut.tets) for cut in coarse]
 greatest = [cut.field_error[field] / scale for cut in coarse]
 mean = [cut.rms_error[field] / scale for cut in coarse if cut.rms_error]

@@ -35,7 +35,8 @@ class SessionUpdate:
             now (of tets also: were made by another record, see Session.made_by); each once.
         tets, boundary_faces, vertices: of the mesh as it is now; unused slots are not counted.
         tets_added, tets_removed, vertices_added, vertices_removed: by splits and collapses. The first update adds the
-            coarsest mesh as well.
+            coarsest mesh as well, and so does one that starts over (see renumbered), which does not count what it
+            leaves behind.
         splits, collapses: how many were made.
         field_error, rms_error, covered, domain_error, limited_by, complete, failures: as of Extraction; where it is
             not complete, the next update with the same request goes on.
