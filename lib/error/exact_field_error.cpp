@@ -145,13 +145,15 @@ private:
         rows[k] = view_.look_at(cell.v[k]);
         beyond[k] = view_.row(rows[k]).beyond;
       }
-      const bool flat = cell.is_flat();
-      if (!flat && !parts_.take_in(view_.is_fine() ? rows_by_place(cell) : rows, cell.volume)) continue;
+      const bool thin = original_.is_thin(t);
+      const bool has_part =
+          !cell.is_flat() && parts_.take_in(view_.is_fine() ? rows_by_place(cell) : rows, cell.volume);
+      if (!thin && !has_part) continue;
       for (std::size_t k = 0; k < 4; ++k) {
         const auto& face = kOutwardFace[k];
         if ((beyond[face[0]] & beyond[face[1]] & beyond[face[2]]) != 0) continue;
         const std::uint32_t other = cell.neighbor[k];
-        if (other == kOutside || original_.cells[other].is_flat() != flat) met_boundary_ = true;
+        if (other == kOutside || original_.is_thin(other) != thin) met_boundary_ = true;
         if (other != kOutside && w_.tet_stamp_[other] < queued()) push(other);
       }
     }

@@ -9,15 +9,17 @@
 //
 // A version so flat that even twice a double's digits do not tell its volume from none, though exact predicates do, is
 // not measured; its error is bounded: by the greatest difference of a value at its corners and one at a corner of an
-// original tet whose box meets its own. In those that take twice the digits the corners of the original tets, too, are
-// taken in the order of their places, for rounding makes parts where they touch that depend on the order.
+// original tet whose box meets its own. To integrals and volumes it adds nothing. In those that take twice the digits
+// the corners of the original tets, too, are taken in the order of their places, for rounding makes parts where they
+// touch that depend on the order.
 //
 // The original tets are found by walking from a corner of t, out of those that have a part in t, across faces that t
 // may meet; t is convex, so its parts hang together by faces as long as the domain does. Where the walk comes upon the
 // original boundary inside t, t may hold parts of the domain that hang together only outside of it; each such part
 // has a boundary face in t, so the walk starts again from every boundary face that meets t.
-// Flat original tets, such as those between layers that fell together when coordinates were rounded, may lie beside t
-// and hide what is behind them: faces between tets with and without volume count as boundary faces here.
+// Original tets without volume, or so thin that they seem to have none, such as those between layers that fell together
+// when coordinates were rounded, may lie beside t and hide what is behind them: faces between these and others count as
+// boundary faces here.
 //
 // Source: Cignoni et al. 2000, sections 4.1 and 4.2 (the errors), which take the maximum over removed vertices only.
 #pragma once

@@ -10,11 +10,26 @@
 
 namespace ptet {
 using namespace vec;
+namespace {
+
+/// A tet of no more height, as a part of the mesh's diagonal, is thin. A version, which is no larger, sees what is
+/// within 1e-10 of its height from its plane as on it.
+constexpr double kThinTet = 1e-9;
+
+double least_height(const std::array<Point, 4>& x, double volume) {
+  double area = 0;
+  for (std::size_t k = 0; k < 4; ++k)
+    area = std::max(area, norm(cross(x[(k + 1) % 4] - x[k], x[(k + 2) % 4] - x[k])) / 2);
+  return 3 * volume / area;
+}
+
+} // namespace
 
 OriginalCells::OriginalCells(const PreparedMesh& mesh, ChannelView fields)
     : prepared(mesh), channels(fields), on_boundary(mesh.used_vertex_count) {
   describe_fields();
   make_cells();
+  find_thin();
   find_boundary();
   make_stars();
 }
@@ -44,6 +59,27 @@ void OriginalCells::make_cells() {
   }
 }
 
+void OriginalCells::find_thin() {
+  BoundingBox box;
+  for (const Cell& cell : cells)
+    for (const std::uint32_t v : cell.v)
+      box.add(point(v));
+  const double height = kThinTet * norm(box.high - box.low);
+  for (std::uint32_t t = 0; t < cells.size(); ++t) {
+    const Cell& cell = cells[t];
+    const std::array<Point, 4> x{point(cell.v[0]), point(cell.v[1]), point(cell.v[2]), point(cell.v[3])};
+    const BoundingBox around = box_of(x);
+    const Vec3 sides = around.high - around.low;
+    // No face has a larger area than half of that square.
+    if (cell.is_flat() || 6 * cell.volume > height * dot(sides, sides) || least_height(x, cell.volume) > height)
+      continue;
+    thin.resize(cells.size(), 0);
+    thin[t] = 1;
+    for (const std::uint32_t v : cell.v)
+      on_boundary[v] = 1;
+  }
+}
+
 void OriginalCells::find_boundary() {
   const std::vector<Tet>& tets = prepared.mesh.tets;
   const FaceTable faces = build_face_table(tets, prepared.used_vertex_count);
@@ -53,7 +89,7 @@ void OriginalCells::find_boundary() {
     for (std::uint32_t k = 0; k < 4; ++k) {
       const HalfFace h = 4 * t + k;
       cell.neighbor[k] = faces.is_boundary(h) ? kOutside : faces.mate[h] / 4;
-      if (!faces.is_boundary(h) && cell.is_flat() == cells[cell.neighbor[k]].is_flat()) continue;
+      if (!faces.is_boundary(h) && is_thin(t) == is_thin(cell.neighbor[k])) continue;
       const Face face = face_of(tets, h);
       boxes.push_back(box_of<3>({point(face[0].index()), point(face[1].index()), point(face[2].index())}));
       boundary_faces.push_back(h);

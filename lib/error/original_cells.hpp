@@ -35,6 +35,9 @@ struct OriginalCells {
   OriginalCells(const PreparedMesh& mesh, ChannelView fields);
 
   [[nodiscard]] const Point& point(std::uint32_t v) const { return prepared.points[v]; }
+  /// Whether the tet is flat or so thin that all of it may seem to lie on a plane of a version: a walk passes through
+  /// it, or stops at it, without having seen what is behind.
+  [[nodiscard]] bool is_thin(std::uint32_t t) const { return cells[t].is_flat() || (!thin.empty() && thin[t] != 0); }
   /// The face of a tet opposite its corner v.
   [[nodiscard]] StarCones::Triangle opposite(const std::array<std::uint32_t, 4>& tet, std::uint32_t v) const;
 
@@ -44,17 +47,19 @@ struct OriginalCells {
   bool scalars = true;                    ///< whether each is a field
   std::vector<double> scale_sq;           ///< by field: the square of the scale of errors
   LargeVector<Cell> cells;                ///< the original tets
+  std::vector<char> thin;                 ///< by tet, where any is that is not flat
   std::vector<std::uint32_t> star_begin;  ///< by vertex, into `star`
   LargeVector<std::uint32_t> star;        ///< tets around each vertex, ascending
   std::vector<std::uint32_t> large_stars; ///< vertices, ascending
   std::vector<StarCones> cones;           ///< of each of these, by place in its star
-  std::vector<char> on_boundary;          ///< by vertex: of a boundary face or a flat tet
-  std::vector<HalfFace> boundary_faces;   ///< and those between tets with and without volume
+  std::vector<char> on_boundary;          ///< by vertex: of a boundary face or a thin tet
+  std::vector<HalfFace> boundary_faces;   ///< and those between thin tets and others
   std::optional<BoxTree> boundary_tree;   ///< of these
 
 private:
   void describe_fields();
   void make_cells();
+  void find_thin();
   void find_boundary();
   void make_stars();
   [[nodiscard]] double volume_of(const std::array<std::uint32_t, 4>& tet) const;

@@ -11,7 +11,9 @@ namespace ptet {
 /// are compared, of those at the corners of both tets.
 inline constexpr double kValueRounding = 1e-13;
 /// Barycentric coordinates in a tet with the edges a, b, c from corner 0 are off by up to this, times |a| |b| |c| /
-/// det, times themselves and the distance to corner 0 in lengths of the edge: so much of a difference is rounding, too.
+/// det, times themselves and the distance to corner 0 in lengths of the edge: so much of a difference may be rounding,
+/// too. Where errors are measured such a difference is taken again with twice the digits, where they are foreseen it is
+/// none.
 inline constexpr double kShapeRounding = 0x1p-49;
 /// Distances up to this fraction of the mesh's diagonal are rounding.
 inline constexpr double kDistanceRounding = 1e-12;

@@ -23,6 +23,8 @@ constexpr double kFlatShape = OriginalCells::kFlatShape;
 constexpr double kFlattestShape = 1e-27;
 /// What is left of kPlaneRounding with twice the digits.
 constexpr double kFinePlaneRounding = 0x1p-94;
+/// A difference of no more times what rounding of the coordinates may make of it is taken again.
+constexpr double kMostOff = 0x1p20;
 /// No difference but 0 is nearer to 0: its square is one that a double holds. Far below what an error code tells.
 constexpr double kLeastDifference = 1e-140;
 
@@ -57,9 +59,13 @@ VersionView::Shape VersionView::begin(const Tet& version) {
   const Vec3 e3 = original_->point(corners_[3]) - origin_;
   const Vec3 n1 = cross(e2, e3);
   double det = dot(e1, n1);
-  const double lengths = norm(e1) * norm(e2) * norm(e3);
+  const Vec3 length{norm(e1), norm(e2), norm(e3)};
+  const double lengths = length[0] * length[1] * length[2];
   const double longest_sq = std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
-  is_fine_ = !(det > kFlatShape * lengths) || !std::isfinite(1 / det);
+  const auto [shortest, longest] = std::minmax({length[0], length[1], length[2]});
+  // A short edge is in both sides of the first; but beside it others' coordinates along it are large.
+  is_fine_ = !(det > kFlatShape * lengths) || !(shortest > kFlatShape * longest) || !std::isfinite(1 / det);
+  has_fine_planes_ = false;
   if (is_fine_) {
     const Shape shape = begin_finely(lengths);
     if (shape != Shape::kSolid) return shape;
@@ -68,11 +74,11 @@ VersionView::Shape VersionView::begin(const Tet& version) {
     rounding_ = kFinePlaneRounding / det * longest_sq;
   } else {
     determinant_ = det;
-    shape_rounding_ = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
+    shape_rounding_ = kShapeRounding * lengths / det;
     plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
     rounding_ = kPlaneRounding / det * longest_sq;
   }
-  per_length_ = {1 / norm(e1), 1 / norm(e2), 1 / norm(e3)};
+  per_length_ = {1 / length[0], 1 / length[1], 1 / length[2]};
   clear();
   add_corners();
   return Shape::kSolid;
@@ -83,15 +89,21 @@ VersionView::Shape VersionView::begin_finely(double lengths) {
   const std::array<Point, 4> x{origin_, original_->point(corners_[1]), original_->point(corners_[2]),
                                original_->point(corners_[3])};
   if (orientation(x[0], x[1], x[2], x[3]) <= 0) return Shape::kFlat;
-  const FineVec3 e1 = fine_difference(x[1], origin_), e2 = fine_difference(x[2], origin_),
-                 e3 = fine_difference(x[3], origin_);
+  determinant_ = find_fine_planes().high;
+  return determinant_ > kFlattestShape * lengths && std::isfinite(1 / determinant_) ? Shape::kSolid : Shape::kUntold;
+}
+
+/// Returns the determinant.
+DoubleDouble VersionView::find_fine_planes() {
+  has_fine_planes_ = true;
+  const FineVec3 e1 = fine_difference(original_->point(corners_[1]), origin_),
+                 e2 = fine_difference(original_->point(corners_[2]), origin_),
+                 e3 = fine_difference(original_->point(corners_[3]), origin_);
   const FineVec3 n1 = cross(e2, e3);
   const DoubleDouble det = dot(e1, n1);
-  if (!(det.high > kFlattestShape * lengths) || !std::isfinite(1 / det.high)) return Shape::kUntold;
   const DoubleDouble per_det = DoubleDouble(1) / det;
   fine_plane_ = {per_det * n1, per_det * cross(e3, e1), per_det * cross(e1, e2)};
-  determinant_ = det.high;
-  return Shape::kSolid;
+  return det;
 }
 
 void VersionView::clear() {
@@ -178,25 +190,32 @@ void VersionView::add_differences(std::uint32_t v, const std::array<double, 4>& 
   const double* const e1 = edges_.data();
   const double* const e2 = e1 + channels_;
   const double* const e3 = e2 + channels_;
-  const auto rounding = [&](double b_i, double per_length) {
-    return kValueRounding * std::abs(b_i) + shape_rounding_ * (length * per_length + std::abs(b_i));
+  const auto shape_rounding = [&](double b_i, double per_length) {
+    return shape_rounding_ * (length * per_length + std::abs(b_i));
   };
-  const double r1 = rounding(b1, per_length_[0]);
-  const double r2 = rounding(b2, per_length_[1]);
-  const double r3 = rounding(b3, per_length_[2]);
+  const double r1 = shape_rounding(b1, per_length_[0]);
+  const double r2 = shape_rounding(b2, per_length_[1]);
+  const double r3 = shape_rounding(b3, per_length_[2]);
   double sum = 0;
   for (std::size_t c = 0; c < channels_; ++c) {
     const double own = at_v[c] - at_origin[c];
     const double t1 = b1 * e1[c];
     const double t2 = b2 * e2[c];
     const double t3 = b3 * e3[c];
-    const double d = is_fine_ ? fine_difference_at(v, fine, c) : own - (t1 + t2 + t3);
-    const double most =
-        kValueRounding * std::abs(own) + r1 * std::abs(e1[c]) + r2 * std::abs(e2[c]) + r3 * std::abs(e3[c]);
+    double d = is_fine_ ? fine_difference_at(v, fine, c) : own - (t1 + t2 + t3);
+    const double most = kValueRounding * (std::abs(own) + std::abs(t1) + std::abs(t2) + std::abs(t3));
+    const double off = r1 * std::abs(e1[c]) + r2 * std::abs(e2[c]) + r3 * std::abs(e3[c]);
+    if (std::abs(d) > most && std::abs(d) <= most + kMostOff * off) d = again(v, c);
     differences[c] = std::abs(d) <= most ? 0 : d + std::copysign(kLeastDifference, d);
     sum += d;
   }
   is_finite_ &= std::isfinite(sum);
+}
+
+/// The difference with twice the digits.
+double VersionView::again(std::uint32_t v, std::size_t c) {
+  if (!has_fine_planes_) static_cast<void>(find_fine_planes());
+  return fine_difference_at(v, fine_barycentric(v), c);
 }
 
 } // namespace ptet

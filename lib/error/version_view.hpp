@@ -1,12 +1,13 @@
 // The vertices of the original as one version sees them: barycentric coordinates in it, on which side of its planes
 // they lie, and the difference of the value there and what the version's linear field would be.
 //
-// Each vertex is looked at once. A version so flat that rounding would tell in its barycentric coordinates is seen in
-// numbers of twice a double's digits.
+// Each vertex is looked at once. A version so flat, or with so short an edge, that rounding would tell in its
+// barycentric coordinates is seen in numbers of twice a double's digits.
 //
-// A common offset of the values is taken out before anything is interpolated, and a difference that rounding may have
-// made is none (tolerances.hpp). The corners of the version are taken in an order that depends on their places only, so
-// that the same tet, however numbered, is measured from the same differences.
+// A common offset of the values is taken out before anything is interpolated, and a difference that rounding of the
+// values may have made is none (tolerances.hpp); where that of the coordinates may have made it, it is taken again with
+// twice the digits. The corners of the version are taken in an order that depends on their places only, so that the
+// same tet, however numbered, is measured from the same differences.
 #pragma once
 
 #include "error/double_double.hpp"
@@ -72,11 +73,13 @@ private:
 
   [[nodiscard]] Corners by_place(const Tet& version) const;
   Shape begin_finely(double lengths);
+  DoubleDouble find_fine_planes();
   void clear();
   void add_corners();
   void add_row(std::uint32_t v);
   void add_differences(std::uint32_t v, const std::array<double, 4>& b, const std::array<DoubleDouble, 4>& fine,
                        double length);
+  double again(std::uint32_t v, std::size_t c);
   [[nodiscard]] std::array<DoubleDouble, 4> fine_barycentric(std::uint32_t v) const;
   [[nodiscard]] double fine_difference_at(std::uint32_t v, const std::array<DoubleDouble, 4>& b, std::size_t c) const;
 
@@ -91,8 +94,9 @@ private:
   bool is_fine_ = false;
   double determinant_ = 0;
   std::array<Vec3, 3> plane_{};          ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
-  std::array<FineVec3, 3> fine_plane_{}; ///< in its place where the version takes twice the digits
-  double rounding_ = 0;                  ///< of these, for each unit of |p - origin|
+  std::array<FineVec3, 3> fine_plane_{}; ///< in its place where the version, or a difference, takes twice the digits
+  bool has_fine_planes_ = false;
+  double rounding_ = 0; ///< of these, for each unit of |p - origin|
   double shape_rounding_ = 0;
   Vec3 per_length_{};         ///< of the edges from corner 0
   std::vector<double> edges_; ///< edge from corner 0 x channel: the difference of the values

@@ -407,6 +407,87 @@ TEST_CASE("in versions so flat that a double does not tell their volume errors a
   }
 }
 
+TEST_CASE("nothing is hidden behind a layer so thin that all of it seems to lie on the version's plane") {
+  std::mt19937 random(13);
+  const TetMesh grid = test::grid({{4, 4, 4}, {}, 0, 1});
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const Tet& tet : grid.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  for (const double gap : {0x1p-20, 0x1p-30, 0x1p-40, 0x1p-50}) {
+    INFO("gap " << gap);
+    std::vector<Point> points;
+    std::vector<double> value;
+    for (std::uint32_t v = 0; v < grid.vertex_count(); ++v) {
+      const Point p = grid.position(VertexId{v});
+      const double z = p[2] < 40 ? p[2] / 16 - 2 : p[2] / 16 - 3 + gap; // the third layer of cells
+      points.push_back({p[0] / 16, p[1] / 16, z});
+      value.push_back(z > 0 ? 1 : 0);
+    }
+    const Original original(test::make_mesh(points, tets, ScalarType::kFloat64), value);
+    int across = 0;
+    while (across < 200) {
+      std::array<std::uint32_t, 4> version{};
+      for (std::uint32_t& v : version)
+        v = static_cast<std::uint32_t>(random() % points.size());
+      const auto at = [&](std::size_t i) { return points[version[i]]; };
+      const double volume = std::abs(dot(at(1) - at(0), cross(at(2) - at(0), at(3) - at(0)))) / 6;
+      const auto below =
+          std::count_if(version.begin(), version.end(), [&](std::uint32_t v) { return points[v][2] <= 0; });
+      if (volume < 0.01 || below == 0 || below == 4) continue;
+      ++across;
+      const Measured measured = original.measure(version);
+      CHECK(measured.outside <= 1e-9 * volume); // the domain is a box
+      CHECK(measured.largest > 0.4);
+    }
+  }
+}
+
+TEST_CASE("a mesh pressed flat has the errors that it had, however flat it is") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(0, 1);
+  const auto jitter = [&] { return (static_cast<double>(random() % 32) - 16) / 64; };
+  const TetMesh grid = test::grid({{4, 4, 4}, {}, 0, 1});
+  std::map<std::array<double, 2>, std::array<double, 2>> columns; // so that versions have edges that get short alone
+  std::vector<Point> points;
+  std::vector<double> value, all_but_linear;
+  for (std::uint32_t v = 0; v < grid.vertex_count(); ++v) {
+    const Point p = grid.position(VertexId{v});
+    auto& [x, y] = columns.try_emplace({p[0], p[1]}, std::array{jitter(), jitter()}).first->second;
+    points.push_back({p[0] / 16 + x, p[1] / 16 + y, p[2] / 16});
+    value.push_back(any(random));
+    all_but_linear.push_back(points.back()[0] / 8 + 1e-9 * any(random));
+  }
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const Tet& tet : grid.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  const auto pressed = [&](double by, const std::vector<double>& field) {
+    std::vector<Point> flat = points;
+    for (Point& p : flat)
+      p[2] = p[0] + p[2] * by; // aslant, and no digit is lost
+    return Original(test::make_mesh(flat, tets, ScalarType::kFloat64), field);
+  };
+  std::vector<std::array<std::uint32_t, 4>> versions;
+  while (versions.size() < 400) {
+    std::array<std::uint32_t, 4> version{};
+    for (std::uint32_t& v : version)
+      v = static_cast<std::uint32_t>(random() % points.size());
+    if (orientation(points[version[0]], points[version[1]], points[version[2]], points[version[3]]) > 0)
+      versions.push_back(version);
+  }
+  for (const auto& [field, digits] : {std::pair(value, 1e-9), std::pair(all_but_linear, 1e-3)}) {
+    const Original thick = pressed(1, field);
+    for (const double by : {0x1p-10, 0x1p-18, 0x1p-20, 0x1p-30, 0x1p-40}) {
+      INFO("pressed by " << by << ", to " << digits);
+      const Original thin = pressed(by, field);
+      for (const auto& version : versions) {
+        const Measured expected = thick.measure(version), found = thin.measure(version);
+        CHECK(found.largest == Approx(expected.largest).epsilon(digits));
+        CHECK(found.integral == Approx(expected.integral * by).epsilon(digits));
+      }
+    }
+  }
+}
+
 TEST_CASE("a flat version's error does not depend on how original tets are numbered, to the last bit") {
   // A grid turned and jittered by rounding and little more: many fours of vertices are flat but for that.
   std::mt19937 random(5);
