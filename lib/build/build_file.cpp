@@ -8,6 +8,7 @@
 #include "formats/ptet/writer.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/prepare.hpp"
+#include "mesh/topology.hpp"
 #include "ptet/build.hpp"
 #include "ptet/error.hpp"
 #include "ptet/pieces_build.hpp"
@@ -21,6 +22,9 @@
 
 namespace ptet {
 namespace {
+
+static_assert(kMostVerticesToBuild <= file::kMaxFileVertices && kMostTetsToBuild <= file::kMaxFileTets &&
+              kMostTetsToBuild <= kMaxTets);
 
 using Bytes = std::vector<std::byte>;
 
@@ -39,6 +43,7 @@ struct Begun {
   std::uint64_t foreseen_memory_bytes = 0;
 };
 Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& progress) {
+  build::check_options(options);
   file::check_storable(mesh);
   const build::MemoryWatch memory(mesh, options);
   (void)memory.check(build::count(mesh, options)); // at least so much, whatever its boundary
@@ -220,7 +225,8 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
   Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
   report.file_bytes = write_file(path, std::move(built), options, progress);
-  if (!checkpoint.empty()) std::filesystem::remove(checkpoint);
+  // The file is there: a checkpoint that stays does no harm.
+  if (std::error_code ignored; !checkpoint.empty()) std::filesystem::remove(checkpoint, ignored);
   report.total_seconds = time.seconds();
   report.peak_memory_bytes = build::peak_resident_bytes();
   return report;

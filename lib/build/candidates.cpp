@@ -48,7 +48,10 @@ Candidates::Candidates(const WorkingComplex& complex, const BoundarySurface& sur
 /// The vertices that `v` may be unified with; raises its height to what is found.
 void Candidates::find_targets(Vertex v, Worker& worker) {
   worker.targets.clear();
-  ++worker.stamp;
+  if (++worker.stamp == 0) { // the stamps have gone round
+    std::fill(worker.mark.begin(), worker.mark.end(), 0U);
+    worker.stamp = 1;
+  }
   worker.mark[v] = worker.stamp;
   const bool boundary = surface_.contains(v);
   // Never lowered, so that it is the same whether a page is filled anew or mended.
@@ -68,6 +71,12 @@ void Candidates::find_targets(Vertex v, Worker& worker) {
 
 void Candidates::fill_page(Vertex v, Worker& worker) {
   Page& page = pages_[v];
+  if (complex_.star(v).size() > CollapseCheck::kMaxRemovedStar) { // whatever its target
+    ++worker.refusals[static_cast<std::size_t>(CollapseStatus::kStarTooLarge)];
+    page.best.fill({});
+    page.next = 0;
+    return;
+  }
   find_targets(v, worker);
   worker.costs.resize(worker.targets.size());
   predictor_.costs(v, worker.targets, worker.costs);

@@ -8,12 +8,6 @@
 #include <cmath>
 
 namespace ptet::build {
-namespace {
-
-/// Beyond this a star is not taken apart in one record.
-constexpr std::size_t kMaxRemovedStar = 1024;
-
-} // namespace
 
 CollapseCheck::CollapseCheck(const WorkingComplex& complex, const std::vector<Point>& positions, double min_quality,
                              std::uint32_t max_star)

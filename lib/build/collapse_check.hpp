@@ -37,6 +37,9 @@ struct CollapsePlan {
 
 class CollapseCheck {
 public:
+  /// A larger star is not taken apart in one record: its vertex stays.
+  static constexpr std::size_t kMaxRemovedStar = 1024;
+
   CollapseCheck(const WorkingComplex& complex, const std::vector<Point>& positions, double min_quality,
                 std::uint32_t max_star);
 

@@ -1,6 +1,6 @@
 // Takes the collapses of a round by exact measurement of what they would do.
 //
-//   apart      of those picked, the ones whose stars do not overlap
+//   apart      of those picked, the ones whose stars have no tet in common
 //   measure    the exact errors of their best half-edges, in parallel; given up where they cost too much for the round,
 //              which of the boundary is looked at first: least work, and on thin meshes most often what is too much
 //   collapse   those that are still among the best, one by one; the others are put back, at the cost that they have

@@ -80,7 +80,7 @@ struct PieceDecisions::OfPiece {
 };
 
 PieceDecisions::PieceDecisions(const PreparedMesh& prepared, const BuildOptions& options)
-    : prepared_(prepared), options_(options), pieces_(prepared, (check_options(options), options.pieces)) {
+    : prepared_(prepared), options_(options), pieces_(prepared, options.pieces) {
   const NormalizedFields fields(prepared, options.fields);
   for (const GoverningField& field : fields.fields())
     arrays_.push_back(field.array);

@@ -18,7 +18,7 @@ PredictedRounds::PredictedRounds(Collapser& collapser, BuildReport& report)
     : collapser_(collapser), complex_(collapser.complex()), candidates_(collapser.candidates()), report_(report),
       claimed_(complex_.vertex_count() + 1) {}
 
-void PredictedRounds::take(std::vector<Vertex> picked, std::uint32_t round) {
+void PredictedRounds::take(std::vector<Vertex> picked, std::uint32_t round, const std::function<void()>& within) {
   std::vector<Vertex> waiting;
   for (; !picked.empty(); picked.swap(waiting), waiting.clear()) {
     for (std::size_t next = 0; next < picked.size();) {
@@ -33,6 +33,7 @@ void PredictedRounds::take(std::vector<Vertex> picked, std::uint32_t round) {
       for (std::size_t i = 0; i < claim_count_ && !collapser_.at_target(); ++i)
         if (!take_claim(claims_[i], round)) waiting.push_back(claims_[i].vs);
       collapser_.make_accepted();
+      within();
     }
   }
 }

@@ -14,6 +14,7 @@
 #include "ptet/build.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace ptet::build {
@@ -23,8 +24,8 @@ public:
   /// Both must outlive the object. `report` counts what becomes of half-edges.
   PredictedRounds(Collapser& collapser, BuildReport& report);
 
-  /// Collapses what may go of `picked`, by Candidates::pick(), until the target is reached.
-  void take(std::vector<Vertex> picked, std::uint32_t round);
+  /// Collapses what may go of `picked`, by Candidates::pick(), until the target is reached. `within`: see Rounds::run.
+  void take(std::vector<Vertex> picked, std::uint32_t round, const std::function<void()>& within);
 
 private:
   struct Claim {

@@ -48,7 +48,7 @@ void Rounds::take(std::vector<Vertex> picked, const std::function<void()>& withi
   if (measured_)
     measured_->take(picked, state_.round, within);
   else
-    predicted_->take(std::move(picked), state_.round);
+    predicted_->take(std::move(picked), state_.round, within);
 }
 
 void Rounds::go_on_from_collapses() {

@@ -14,7 +14,7 @@ namespace ptet::build {
 
 class Trial {
 public:
-  /// `exact` may be null when exact_errors() is not called. All must outlive the object.
+  /// `exact` may be null when measure() is not called. All must outlive the object.
   Trial(const WorkingComplex& complex, const std::vector<Point>& positions, const RemovedVertices& removed,
         const ExactFieldError* exact, double min_quality, std::uint32_t max_star);
 

@@ -36,8 +36,9 @@ struct PreparedMesh {
 ///
 /// Throws Error(kBadInput) with the message of the first finding of `validate` that is an error: ids out of range,
 /// repeated vertices, duplicate tets, faces of more than two tets, non-finite positions, arrays of the wrong size, no
-/// tet. Throws Error(kLimit) for more vertices or tets than 32-bit ids can name.
-/// Non-finite field values are left alone. Same mesh, same result. Cost: O(tets), plus a sort of the vertices.
+/// tet. Throws Error(kLimit) for more than kMaxTets tets, or more vertices than 32-bit ids can name.
+/// Non-finite field values are left alone. Same mesh, same result. Cost: O(tets), plus a sort of the vertices and the
+/// search for overlaps (overlaps.hpp).
 /// Throws Error(kCancelled) when `progress` returns false.
 [[nodiscard]] PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress = {});
 

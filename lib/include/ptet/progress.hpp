@@ -13,7 +13,7 @@ struct Progress {
   std::uint64_t total = 0; ///< 0: unknown
 };
 
-/// Called from the thread that called the library, at most some hundred times a second.
+/// Called from the thread that called the library: as a rule some hundred times a second, of small meshes more often.
 /// Returning false cancels: the running call throws Error with ErrorCode::kCancelled and leaves nothing behind.
 using ProgressCallback = std::function<bool(const Progress&)>;
 
