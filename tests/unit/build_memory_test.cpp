@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <set>
 
 #include <catch2/catch.hpp>
 
@@ -122,9 +123,44 @@ TEST_CASE("built in memory: cancelled at any stage, and refused") {
   for (const int last : {1, calls / 2, calls}) {
     int left = last;
     const auto cancel = [&](const Progress&) { return --left > 0; };
-    CHECK_THROWS_AS(build_memory(mesh, quick(), nullptr, {}, {}, cancel), Error);
+    try {
+      (void)build_memory(mesh, quick(), nullptr, {}, {}, cancel);
+      FAIL("was not cancelled");
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCancelled);
+    }
   }
   CHECK_THROWS_AS(build_memory({}), Error);
+}
+
+TEST_CASE("built in memory: progress is told within rounds by predicted costs") {
+  std::set<std::uint64_t> collapses;
+  BuildReport report;
+  (void)build_memory(test::grid({{16, 16, 16}, {}, 2, 2}), quick(), &report, {}, {}, [&](const Progress& progress) {
+    if (progress.stage == "collapsing") collapses.insert(progress.done);
+    return true;
+  });
+  CHECK(collapses.size() > 2 * report.rounds);
+}
+
+TEST_CASE("a vertex with too large a star is refused once, not for each of its edges") {
+  constexpr std::uint32_t kRim = 1500;
+  std::vector<Point> points{{0, 0, 0}, {0, 0, 1}, {0, 0, -1}};
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (std::uint32_t i = 0; i < kRim; ++i) {
+    const double angle = 6.283185307179586 * i / kRim;
+    const double rough = 1 + 0.01 * ((i * i) % 7); // so that it costs most to take one of these
+    points.push_back({rough * std::cos(angle), rough * std::sin(angle), 0});
+    const std::uint32_t here = 3 + i, next = 3 + (i + 1) % kRim;
+    tets.push_back({0, here, next, 1});
+    tets.push_back({0, next, here, 2});
+  }
+  TetMesh mesh = test::make_mesh(points, tets, ScalarType::kFloat64);
+  // With a constant field it costs nothing to take the one in the middle.
+  test::add_array(mesh, "constant", ScalarType::kFloat64, 1, [](const Point&) { return std::vector<double>(1, 1.0); });
+  BuildReport report;
+  (void)build_memory(mesh, quick(), &report);
+  CHECK(report.collapses[static_cast<std::size_t>(CollapseStatus::kStarTooLarge)] < 100);
 }
 
 TEST_CASE("memory limit: what is foreseen to pass it is refused, and nothing is left behind") {
@@ -140,6 +176,16 @@ TEST_CASE("memory limit: what is foreseen to pass it is refused, and nothing is 
     CHECK(std::string(error.what()).find("the limit is 0 MB") != std::string::npos);
   }
   CHECK(std::filesystem::is_empty(folder / ""));
+  BuildOptions wrong = options;
+  for (const double target : {-50.0, -1e30}) {
+    wrong.target_vertices = target;
+    try {
+      (void)build_memory(mesh, wrong);
+      FAIL("was not refused");
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kBadArgument);
+    }
+  }
   options.memory_limit = std::uint64_t{1} << 40;
   BuildReport report;
   CHECK(text_of(build_memory(mesh, options, &report)) == text_of(build_memory(mesh, quick())));
