@@ -52,7 +52,6 @@ public:
   void swap(CollapsePlan& plan) { std::swap(plan_, plan); }
   [[nodiscard]] std::span<const SlotId> deleted() const { return plan_.deleted; }
   [[nodiscard]] std::span<const SlotId> modified() const { return plan_.modified; }
-  [[nodiscard]] std::span<const float> new_quality() const { return plan_.new_quality; }
   [[nodiscard]] bool moves_boundary() const { return plan_.moves_boundary; }
 
 private:

@@ -56,7 +56,17 @@ std::uint64_t whole(double bytes, double overhead = kOverhead) {
       std::ceil(overhead * bytes + std::min(kPageEnds, kPageEndsAtMost * bytes) + kFixed));
 }
 
-BuildCounts counted(const TetMesh& mesh, const BuildOptions& options) {
+} // namespace
+
+std::string bytes_text(std::uint64_t bytes) {
+  constexpr std::uint64_t kMega = 1000000, kGiga = 1000 * kMega;
+  const auto in = [bytes](std::uint64_t unit) { return bytes / unit + (bytes % unit >= unit / 2 ? 1 : 0); };
+  if (bytes < kGiga) return std::to_string(in(kMega)) + " MB";
+  const std::uint64_t hundredths = in(kGiga / 100);
+  return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " GB";
+}
+
+BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
   BuildCounts counts;
   counts.vertices = mesh.vertex_count();
   counts.tets = mesh.tets.size();
@@ -78,22 +88,8 @@ BuildCounts counted(const TetMesh& mesh, const BuildOptions& options) {
   return counts;
 }
 
-} // namespace
-
-std::string bytes_text(std::uint64_t bytes) {
-  constexpr std::uint64_t kMega = 1000000, kGiga = 1000 * kMega;
-  const auto in = [bytes](std::uint64_t unit) { return bytes / unit + (bytes % unit >= unit / 2 ? 1 : 0); };
-  if (bytes < kGiga) return std::to_string(in(kMega)) + " MB";
-  const std::uint64_t hundredths = in(kGiga / 100);
-  return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " GB";
-}
-
-BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
-  return counted(mesh, options);
-}
-
 BuildCounts count(const PreparedMesh& prepared, const BuildOptions& options) {
-  BuildCounts counts = counted(prepared.mesh, options);
+  BuildCounts counts = count(prepared.mesh, options);
   counts.boundary_faces = prepared.boundary_faces.size();
   return counts;
 }

@@ -1,5 +1,6 @@
 #include "build/removed_vertices.hpp"
 
+#include "build/collapse_geometry.hpp"
 #include "error/closest_point.hpp"
 #include "error/tolerances.hpp"
 #include "mesh/vec3.hpp"
@@ -17,9 +18,6 @@ namespace ptet::build {
 using namespace vec;
 namespace bgi = boost::geometry::index;
 namespace {
-
-/// Barycentric coordinates above this count as inside: rounding at shared faces.
-constexpr double kInside = -1e-10;
 
 using IndexPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
 
@@ -152,7 +150,7 @@ void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
   const Point& p = position(point);
   std::array<double, 4> weight{};
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
-    if (cells[c].flat || !(least_barycentric(cells[c], p, weight) >= kInside)) continue;
+    if (cells[c].flat || !(least_barycentric(cells[c], p, weight) >= kInsideTet)) continue;
     hold_in(point, c, weight, false, simulation);
     return;
   }
@@ -189,7 +187,7 @@ void RemovedVertices::hold_outside_points_now_covered(std::span<const SlotId> de
     const Vertex point = it->second;
     if (is_held_here(point)) continue;
     for (std::uint32_t c = 0; c < cells.size(); ++c) {
-      if (cells[c].flat || !(least_barycentric(cells[c], position(point), weight) >= kInside)) continue;
+      if (cells[c].flat || !(least_barycentric(cells[c], position(point), weight) >= kInsideTet)) continue;
       hold_in(point, c, weight, false, simulation);
       break;
     }

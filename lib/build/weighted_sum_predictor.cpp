@@ -1,7 +1,6 @@
 #include "build/weighted_sum_predictor.hpp"
 
 #include "build/collapse_geometry.hpp"
-#include "build/gradient_predictor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,17 +30,11 @@ WeightedSumPredictor::WeightedSumPredictor(const WorkingComplex& complex, const 
                                            const Weights& weights, const MeshScales* whole)
     : complex_(complex), positions_(positions), fields_(fields), inverse_diagonal_(1 / diagonal),
       field_weight_(std::move(field_weight)), domain_weight_(domain_weight), weights_(weights),
-      face_area_(mean_face_area(complex, positions, whole)) {
-  if (weights.field_term == FieldTerm::kGradientDifference)
-    gradients_ = vertex_gradients(complex, positions, fields, diagonal);
-}
+      face_area_(mean_face_area(complex, positions, whole)) {}
 
 void WeightedSumPredictor::field_errors(Vertex vs, Vertex vd, std::span<double> errors) const {
-  if (weights_.field_term == FieldTerm::kGradientDifference)
-    gradient_differences(fields_, gradients_, vs, vd, inverse_diagonal_ * (positions_[vd] - positions_[vs]), errors);
-  else
-    for_each_field_difference(fields_, vs, {vd, vd, vd, vd}, {1, 0, 0, 0},
-                              [&](std::size_t f, double difference) { errors[f] = difference; });
+  for_each_field_difference(fields_, vs, {vd, vd, vd, vd}, {1, 0, 0, 0},
+                            [&](std::size_t f, double difference) { errors[f] = difference; });
 }
 
 double WeightedSumPredictor::domain_error(Vertex vs, Vertex vd) const {

@@ -2,7 +2,7 @@
 //
 //     cost(vs -> vd) = w1 E_grad + w2 E_vol + w3 E_equi
 //
-//   E_grad   the change of the field along the edge, |f(vs) - f(vd)|; or the difference of the gradients at its ends
+//   E_grad   the change of the field along the edge, |f(vs) - f(vd)|
 //   E_vol    the volume that the domain gains or loses
 //   E_equi   how unequal the edges at vd would become: the mean of |length - mean length|
 //
@@ -23,17 +23,12 @@ namespace ptet::build {
 
 class WeightedSumPredictor final : public Predictor {
 public:
-  enum class FieldTerm {
-    kValueDifference,    ///< |f(vs) - f(vd)|
-    kGradientDifference, ///< as in gradient_predictor.hpp; 0 for a linear field
-  };
   /// Of E_grad as a fraction of the range; E_vol over the area of a face of mean size, as a length in fractions of the
   /// diagonal; E_equi as a fraction of the diagonal.
   struct Weights {
     double gradient = 1;
     double volume = 1;
     double edge_length = 1;
-    FieldTerm field_term = FieldTerm::kValueDifference;
   };
 
   /// `field_weight`: one for each governing field, of errors as fractions of its range, the largest of them counts;
@@ -62,8 +57,7 @@ private:
   std::vector<double> field_weight_;
   double domain_weight_;
   Weights weights_;
-  double face_area_;            ///< mean volume of the original tets to the power 2/3
-  std::vector<Vec3> gradients_; ///< vertex x channel; empty if not asked for
+  double face_area_; ///< mean volume of the original tets to the power 2/3
 };
 
 } // namespace ptet::build

@@ -1,5 +1,6 @@
 #include "mesh/prepare.hpp"
 
+#include "mesh/box_tree.hpp"
 #include "mesh/disjoint_sets.hpp"
 #include "mesh/examination.hpp"
 #include "mesh/local_origin.hpp"
@@ -24,27 +25,15 @@ std::uint64_t spread(std::uint64_t x) {
   return x;
 }
 
-struct Box {
-  Point low{}, high{};
-};
-
-Box box_of_used(const std::vector<Point>& points, const VertexLinks& links) {
-  Box box;
-  bool any = false;
-  for (std::uint32_t v = 0; v < points.size(); ++v) {
-    if (!links.used[v]) continue;
-    if (!any) box = {points[v], points[v]};
-    any = true;
-    for (std::size_t i = 0; i < 3; ++i) {
-      box.low[i] = std::min(box.low[i], points[v][i]);
-      box.high[i] = std::max(box.high[i], points[v][i]);
-    }
-  }
+BoundingBox box_of_used(const std::vector<Point>& points, const VertexLinks& links) {
+  BoundingBox box;
+  for (std::uint32_t v = 0; v < points.size(); ++v)
+    if (links.used[v]) box.add(points[v]);
   return box;
 }
 
 /// Old ids in their new order: used vertices along a Morton curve through their bounding box, then the unused ones.
-std::vector<VertexId> vertex_order(const std::vector<Point>& points, const VertexLinks& links, const Box& box) {
+std::vector<VertexId> vertex_order(const std::vector<Point>& points, const VertexLinks& links, const BoundingBox& box) {
   std::vector<std::pair<std::uint64_t, VertexId>> curve;
   curve.reserve(links.used_count);
   std::vector<VertexId> unused;
@@ -131,7 +120,7 @@ PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
     prepared.notes.push_back(finding.message);
   }
 
-  const Box box = box_of_used(found.points, found.links);
+  const BoundingBox box = box_of_used(found.points, found.links);
   prepared.used_vertex_count = static_cast<std::uint32_t>(found.links.used_count);
   prepared.original_vertex = vertex_order(found.points, found.links, box);
   const std::vector<VertexId>& order = prepared.original_vertex;

@@ -1,5 +1,6 @@
 #include "ptet/validate.hpp"
 
+#include "mesh/box_tree.hpp"
 #include "mesh/examination.hpp"
 #include "mesh/scalar_dispatch.hpp"
 #include "mesh/vec3.hpp"
@@ -33,17 +34,12 @@ void measure_geometry(const Examination& found, MeshReport& report) {
     report.volume += std::abs(dot(cross(at(b) - at(a), at(c) - at(a)), at(d) - at(a))) / 6;
   for (const auto& [a, b, c] : found.boundary.faces)
     report.boundary_area += norm(cross(at(b) - at(a), at(c) - at(a))) / 2;
-  bool first = true;
-  for (std::size_t v = 0; v < found.points.size(); ++v) {
-    if (!found.links.used[v]) continue;
-    const Point& p = found.points[v];
-    if (first) report.box_min = report.box_max = p;
-    first = false;
-    for (std::size_t i = 0; i < 3; ++i) {
-      report.box_min[i] = std::min(report.box_min[i], p[i]);
-      report.box_max[i] = std::max(report.box_max[i], p[i]);
-    }
-  }
+  BoundingBox box;
+  for (std::size_t v = 0; v < found.points.size(); ++v)
+    if (found.links.used[v]) box.add(found.points[v]);
+  if (found.links.used_count == 0) return;
+  report.box_min = box.low;
+  report.box_max = box.high;
 }
 
 FieldSummary summarise(const PointArray& array, const Examination& found) {

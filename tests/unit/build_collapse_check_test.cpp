@@ -39,16 +39,16 @@ TEST_CASE("check: the tent's tip goes to the ring, and what that deletes and mod
   CHECK(check.moves_boundary());
   CHECK(check.deleted().size() == 2 + 2);
   CHECK(check.modified().size() == 2 + 2);
-  REQUIRE(check.new_quality().size() == 4);
+  REQUIRE(check.plan().new_quality.size() == 4);
   for (std::size_t m = 0; m < 4; ++m) {
     std::array<Vertex, 4> v = f.complex.slot(check.modified()[m]).v;
     if (f.complex.is_ghost(f.complex.slot(check.modified()[m]))) {
-      CHECK(check.new_quality()[m] == 0);
+      CHECK(check.plan().new_quality[m] == 0);
       continue;
     }
     for (Vertex& x : v)
       if (x == 0) x = 2;
-    CHECK(check.new_quality()[m] == Approx(quality(f, v)));
+    CHECK(check.plan().new_quality[m] == Approx(quality(f, v)));
   }
 }
 

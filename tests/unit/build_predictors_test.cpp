@@ -20,23 +20,21 @@ using build::WeightedSumPredictor;
 
 namespace {
 
-enum Kind { kLocal, kGradient, kQuadric, kPerTet, kSumOfGradients, kSumOfValues, kKinds };
+enum Kind { kLocal, kGradient, kQuadric, kPerTet, kWeightedSum, kKinds };
 
 std::unique_ptr<Predictor> make(Kind kind, const Scene& s, const std::vector<double>& field_weight = {1},
                                 double domain_weight = 16) {
   const auto as = [&]<class P>(P*, const auto&... more) -> std::unique_ptr<Predictor> {
     return std::make_unique<P>(s.complex, s.points(), s.fields, s.diagonal, field_weight, domain_weight, more...);
   };
-  WeightedSumPredictor::Weights weights;
   switch (kind) {
   case kLocal: return as(static_cast<build::LocalPredictor*>(nullptr));
   case kGradient: return as(static_cast<build::GradientPredictor*>(nullptr));
   case kQuadric: return as(static_cast<build::QuadricPredictor*>(nullptr));
   case kPerTet: return as(static_cast<build::PerTetPredictor*>(nullptr));
-  case kSumOfGradients: weights.field_term = WeightedSumPredictor::FieldTerm::kGradientDifference; break;
   default: break;
   }
-  return as(static_cast<WeightedSumPredictor*>(nullptr), weights);
+  return as(static_cast<WeightedSumPredictor*>(nullptr), WeightedSumPredictor::Weights{});
 }
 
 std::vector<double> linear(const Point& p) {
@@ -61,7 +59,7 @@ constexpr auto kNothing = [](Vertex, Vertex) {};
 } // namespace
 
 TEST_CASE("predictors: a linear field costs nothing inside", "[build][predictor]") {
-  for (const Kind kind : {kLocal, kGradient, kQuadric, kPerTet, kSumOfGradients}) {
+  for (const Kind kind : {kLocal, kGradient, kQuadric, kPerTet}) {
     CAPTURE(kind);
     Scene scene(prepared_grid(linear));
     const auto predictor = make(kind, scene);
@@ -71,8 +69,7 @@ TEST_CASE("predictors: a linear field costs nothing inside", "[build][predictor]
     const auto check = [&](Vertex vs, Vertex vd) {
       ++seen;
       CHECK(scene.field_error(*predictor, vs, vd) == Approx(0).margin(rounding));
-      if (kind != kSumOfGradients)
-        CHECK(Scene::cost(*predictor, vs, vd) == Approx(scene.length_part(vs, vd)).margin(1e-11 + 5 * rounding));
+      CHECK(Scene::cost(*predictor, vs, vd) == Approx(scene.length_part(vs, vd)).margin(1e-11 + 5 * rounding));
     };
     CHECK(scene.random_collapses(15, true, {predictor.get()}, check, kNothing) == 15);
     CHECK(seen >= 15);
@@ -212,7 +209,7 @@ TEST_CASE("predictors: several fields, each by its own weight", "[build][predict
     return std::vector<double>{p[0], 0.01 * p[1] * p[1], p[2]};
   });
   Scene scene(prepare(std::move(mesh)));
-  for (const Kind kind : {kLocal, kGradient, kPerTet, kSumOfGradients, kSumOfValues}) {
+  for (const Kind kind : {kLocal, kGradient, kPerTet, kWeightedSum}) {
     CAPTURE(kind);
     const std::vector<double> weight{1, 2, 5};
     const auto predictor = make(kind, scene, weight, 0);

@@ -1,5 +1,4 @@
 // The three terms of the weighted sum, each alone and by hand.
-#include "build/gradient_predictor.hpp"
 #include "build/weighted_sum_predictor.hpp"
 #include "build_predictor_fixture.hpp"
 
@@ -45,15 +44,6 @@ TEST_CASE("weighted sum: an inner vertex changes no volume", "[build][predictor]
   Scene scene(octahedron(), scalars({1, 3, 5, 6, 2, 4, 10}));
   CHECK(Scene::cost(make(scene, {0, 1, 0}), 6, 0) == 0);
   CHECK(scene.field_error(make(scene, {}), 6, 0) == Approx(1));
-}
-
-TEST_CASE("weighted sum: the difference of gradients instead of that of values", "[build][predictor]") {
-  Scene scene(prepared_grid(curved));
-  const WeightedSumPredictor sum = make(scene, {1, 0, 0, WeightedSumPredictor::FieldTerm::kGradientDifference});
-  const build::GradientPredictor gradient(scene.complex, scene.points(), scene.fields, scene.diagonal, {1}, 1);
-  for (Vertex v = 0; v < scene.complex.vertex_count(); ++v)
-    for (const Vertex x : scene.neighbours(v))
-      CHECK(scene.field_error(sum, v, x) == scene.field_error(gradient, v, x));
 }
 
 TEST_CASE("weighted sum: nothing is accumulated", "[build][predictor]") {
