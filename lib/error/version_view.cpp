@@ -24,7 +24,7 @@ constexpr double kFlattestShape = 1e-27;
 /// What is left of kPlaneRounding with twice the digits.
 constexpr double kFinePlaneRounding = 0x1p-94;
 /// A difference of no more times what rounding of the coordinates may make of it is taken again.
-constexpr double kMostOff = 0x1p20;
+constexpr double kMostOff = 0x1p26;
 /// No difference but 0 is nearer to 0: its square is one that a double holds. Far below what an error code tells.
 constexpr double kLeastDifference = 1e-140;
 
@@ -131,7 +131,8 @@ void VersionView::add_corners() {
 }
 
 /// Barycentric coordinates with twice the digits.
-std::array<DoubleDouble, 4> VersionView::fine_barycentric(std::uint32_t v) const {
+std::array<DoubleDouble, 4> VersionView::fine_barycentric(std::uint32_t v) {
+  if (!has_fine_planes_) static_cast<void>(find_fine_planes());
   const FineVec3 from_origin = fine_difference(original_->point(v), origin_);
   std::array<DoubleDouble, 4> b{1};
   for (std::size_t i = 1; i < 4; ++i) {
@@ -175,10 +176,10 @@ void VersionView::add_row(std::uint32_t v) {
   add_differences(v, unrounded, fine, norm(from_origin));
 }
 
-/// `b`, `fine`: the barycentric coordinates of the vertex, the latter where they have twice the digits. `length`: its
-/// distance from corner 0.
-void VersionView::add_differences(std::uint32_t v, const std::array<double, 4>& b,
-                                  const std::array<DoubleDouble, 4>& fine, double length) {
+/// `b`, `fine`: the barycentric coordinates of the vertex, the latter where the version takes twice the digits.
+/// `length`: its distance from corner 0.
+void VersionView::add_differences(std::uint32_t v, const std::array<double, 4>& b, std::array<DoubleDouble, 4> fine,
+                                  double length) {
   const double b1 = b[1];
   const double b2 = b[2];
   const double b3 = b[3];
@@ -196,6 +197,7 @@ void VersionView::add_differences(std::uint32_t v, const std::array<double, 4>& 
   const double r1 = shape_rounding(b1, per_length_[0]);
   const double r2 = shape_rounding(b2, per_length_[1]);
   const double r3 = shape_rounding(b3, per_length_[2]);
+  bool has_fine = is_fine_;
   double sum = 0;
   for (std::size_t c = 0; c < channels_; ++c) {
     const double own = at_v[c] - at_origin[c];
@@ -205,17 +207,14 @@ void VersionView::add_differences(std::uint32_t v, const std::array<double, 4>& 
     double d = is_fine_ ? fine_difference_at(v, fine, c) : own - (t1 + t2 + t3);
     const double most = kValueRounding * (std::abs(own) + std::abs(t1) + std::abs(t2) + std::abs(t3));
     const double off = r1 * std::abs(e1[c]) + r2 * std::abs(e2[c]) + r3 * std::abs(e3[c]);
-    if (std::abs(d) > most && std::abs(d) <= most + kMostOff * off) d = again(v, c);
+    if ((std::abs(d) > most || off > most) && std::abs(d) <= most + kMostOff * off) {
+      if (!std::exchange(has_fine, true)) fine = fine_barycentric(v);
+      d = fine_difference_at(v, fine, c);
+    }
     differences[c] = std::abs(d) <= most ? 0 : d + std::copysign(kLeastDifference, d);
     sum += d;
   }
   is_finite_ &= std::isfinite(sum);
-}
-
-/// The difference with twice the digits.
-double VersionView::again(std::uint32_t v, std::size_t c) {
-  if (!has_fine_planes_) static_cast<void>(find_fine_planes());
-  return fine_difference_at(v, fine_barycentric(v), c);
 }
 
 } // namespace ptet

@@ -77,10 +77,9 @@ private:
   void clear();
   void add_corners();
   void add_row(std::uint32_t v);
-  void add_differences(std::uint32_t v, const std::array<double, 4>& b, const std::array<DoubleDouble, 4>& fine,
+  void add_differences(std::uint32_t v, const std::array<double, 4>& b, std::array<DoubleDouble, 4> fine,
                        double length);
-  double again(std::uint32_t v, std::size_t c);
-  [[nodiscard]] std::array<DoubleDouble, 4> fine_barycentric(std::uint32_t v) const;
+  [[nodiscard]] std::array<DoubleDouble, 4> fine_barycentric(std::uint32_t v);
   [[nodiscard]] double fine_difference_at(std::uint32_t v, const std::array<DoubleDouble, 4>& b, std::size_t c) const;
 
   const OriginalCells* original_;

@@ -38,10 +38,8 @@ public:
   FoundCut run() {
     const Loader::Turn turn(hierarchy_.loader(), until(), progress_ ? &cancellation_ : nullptr);
     may_load_ = turn.has_come();
-    Lock lock;
-    do
-      lock = search();
-    while (request_.origins && !read_origins(lock));
+    Lock lock = search();
+    if (request_.origins) read_origins(lock);
     cut_.count = static_cast<std::uint32_t>(std::count(cut_.applied.begin(), cut_.applied.end(), 1));
     cut_.limited_by = cut_.count == cut_.applied.size() ? LimitedBy::kNothing
                       : is_time_up_                     ? LimitedBy::kTime
@@ -64,7 +62,7 @@ private:
     cut_.read = blocks_of(promised);
     if (request_.budgets.any()) {
       read_promised();
-      if (!is_time_up_) return spend(promised, wished);
+      if (!is_time_up_ || !may_load_) return spend(promised, wished);
       Lock lock = hierarchy_.lock();
       keep_loaded(cut_.read);
       apply_promised(promised, cut_.read);
@@ -84,17 +82,23 @@ private:
     return lock;
   }
 
-  /// Reads all of the file. Returns false when what the cut was found from is gone since.
-  bool read_origins(Lock& lock) {
-    const std::uint64_t revision = hierarchy_.loader().revision();
-    lock.unlock();
-    cut_.read.assign(blocks_.size(), 1);
-    read(cut_.read);
-    lock = hierarchy_.lock();
-    keep_loaded(cut_.read);
-    const bool is_same = hierarchy_.loader().revision() == revision;
-    if (!is_same) lock.unlock();
-    return is_same;
+  /// Reads all of the file. Where what the cut was found from is gone then, as the loading thread may drop it where
+  /// memory is limited, it is found again; and if need be left at that.
+  void read_origins(Lock& lock) {
+    constexpr int kMostTries = 4;
+    for (int tries = 1; tries <= kMostTries; ++tries) {
+      const BlockSet found_from = cut_.read;
+      lock.unlock();
+      cut_.read.assign(blocks_.size(), 1);
+      read(cut_.read);
+      lock = hierarchy_.lock();
+      keep_loaded(cut_.read);
+      if (is_subset(found_from, cut_.read)) return;
+      lock.unlock();
+      lock = search();
+    }
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
+      if (cut_.read[b] == 0) cut_.missing[b] = 1;
   }
 
   /// Of a set that was read, what is loaded now; the rest is missing. The lock must be held.
@@ -181,6 +185,12 @@ private:
     const std::vector<std::uint32_t> order = needs_first(by_key, reach, cut_.read);
     BlockSet loaded(blocks_.size(), 1), lost(blocks_.size(), 0);
     hierarchy_.loader().keep_loaded(loaded);
+    if (!may_load_) { // no time is left, but what is there is there
+      for (const std::uint32_t b : order)
+        if (loaded[b] != 0) cut_.read[b] = 1;
+      is_time_up_ = true;
+      return false;
+    }
     std::uint64_t tets = hierarchy_.header().base_tet_count;
     PaceOfLoading pace;
     for (std::size_t next = 0; next < order.size() && !is_time_up_;) {
@@ -340,7 +350,7 @@ private:
     }
     constexpr std::uint64_t kTetsPerVertex = 6;
     cut_.read = promised;
-    read_in_time(by_key, reach, kTetsPerVertex);
+    read_in_time(by_key, may_load_ ? reach : 0, kTetsPerVertex);
     // With no time left the answer need not be the builder's mesh: all that was read is taken.
     return is_time_up_ ? 0 : reach;
   }

@@ -104,7 +104,7 @@ Extraction Dataset::extract(const Request& request, const ProgressCallback& prog
       Loader::Shortfall shortfall = loader.explain(cut.missing);
       // Nothing stands against it any more: another thread has got since what this one failed to.
       const bool is_had = shortfall.limited_by == LimitedBy::kUnreadable && shortfall.failures.empty();
-      if (is_had && tries < kMostTries) continue;
+      if (is_had && tries < kMostTries && !request.max_milliseconds) continue;
       extraction.limited_by = shortfall.limited_by;
       extraction.failures = std::move(shortfall.failures);
     }

@@ -44,7 +44,8 @@ public:
   Loader& operator=(const Loader&) = delete;
 
   /// Hold it to look at the content. A thread must not take it twice. What a load that ran out of memory left behind is
-  /// put right first. Throws Error(kIo) in a process that was forked from the one whose thread loads in the background,
+  /// put right first, which may take as long as reading the base mesh, or what another thread makes anew where it met
+  /// damage. Throws Error(kIo) in a process that was forked from the one whose thread loads in the background,
   /// as do the others that take locks; std::bad_alloc, and then there is nothing to look at.
   [[nodiscard]] std::shared_lock<std::shared_mutex> lock();
   /// Throws that Error there. Of what never changes, too, only what asks the source has to be refused.

@@ -103,7 +103,8 @@ public:
     return extraction;
   }
 
-  [[nodiscard]] const SlotMesh& mesh() const { return *mesh_; }
+  /// None where starting over has failed.
+  [[nodiscard]] const SlotMesh* mesh() const { return mesh_ ? &*mesh_ : nullptr; }
 
 private:
   /// Whether what the session knows of the hierarchy still holds. The lock must be held.
@@ -267,22 +268,23 @@ const SessionUpdate& Session::update(const Request& request) {
   return impl_->update(request);
 }
 std::span<const std::array<std::uint32_t, 4>> Session::tets() const {
-  return impl_->mesh().tets();
+  return impl_->mesh() ? impl_->mesh()->tets() : std::span<const std::array<std::uint32_t, 4>>();
 }
 std::span<const std::array<std::uint32_t, 3>> Session::boundary_faces() const {
-  return impl_->mesh().boundary_faces();
+  return impl_->mesh() ? impl_->mesh()->boundary_faces() : std::span<const std::array<std::uint32_t, 3>>();
 }
 std::span<const VertexId> Session::vertices() const {
-  return impl_->mesh().vertices();
+  return impl_->mesh() ? impl_->mesh()->vertices() : std::span<const VertexId>();
 }
 std::span<const RecordId> Session::made_by() const {
-  return impl_->mesh().made_by();
+  return impl_->mesh() ? impl_->mesh()->made_by() : std::span<const RecordId>();
 }
 const PointArray& Session::positions() const {
-  return impl_->mesh().positions();
+  static const PointArray kNone;
+  return impl_->mesh() ? impl_->mesh()->positions() : kNone;
 }
 std::span<const PointArray> Session::point_arrays() const {
-  return impl_->mesh().arrays();
+  return impl_->mesh() ? impl_->mesh()->arrays() : std::span<const PointArray>();
 }
 Extraction Session::extraction() const {
   return impl_->extraction();

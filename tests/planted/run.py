@@ -23,7 +23,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 # The quick ones first.
 PROGRAMS = ("golden_tests", "unit_tests", "fuzz_tests", "cut_property_tests", "session_property_tests",
-            "build_property_tests")
+            "build_property_tests", "out_of_memory_test")
 LONGEST = 900  # seconds a program may take: a bug may make it run for ever
 
 

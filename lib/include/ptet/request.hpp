@@ -104,7 +104,8 @@ struct Request {
   /// About how long the call may take, wall time.
   ///
   /// Dataset::extract stops refining when the time is up, inside focus regions too. Making the mesh out of what was
-  /// refined is reckoned with; a read that is under way may still pass the time. Two answers to such a request need not
+  /// refined is reckoned with; a read that is under way may still pass the time, and so may making anew what is in
+  /// memory where damage was met. Two answers to such a request need not
   /// be the same.
   ///
   /// Session::update leaves to the next update what it has not done, and comes to the same mesh in the end. It reads as
