@@ -207,7 +207,7 @@ void VersionView::add_differences(std::uint32_t v, const std::array<double, 4>& 
     double d = is_fine_ ? fine_difference_at(v, fine, c) : own - (t1 + t2 + t3);
     const double most = kValueRounding * (std::abs(own) + std::abs(t1) + std::abs(t2) + std::abs(t3));
     const double off = r1 * std::abs(e1[c]) + r2 * std::abs(e2[c]) + r3 * std::abs(e3[c]);
-    if ((std::abs(d) > most || off > most) && std::abs(d) <= most + kMostOff * off) {
+    if (std::abs(d) > most && std::abs(d) <= most + kMostOff * off) {
       if (!std::exchange(has_fine, true)) fine = fine_barycentric(v);
       d = fine_difference_at(v, fine, c);
     }
