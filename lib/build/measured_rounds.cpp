@@ -79,7 +79,7 @@ void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round
   }
 }
 
-/// Those of `picked` whose stars do not overlap with those of others before them.
+/// Those of `picked` whose stars have no tet in common with those of others before them.
 std::vector<Vertex> MeasuredRounds::apart(const std::vector<Vertex>& picked, std::uint32_t round) {
   std::vector<Vertex> free;
   for (const Vertex vs : picked) {
