@@ -1,5 +1,6 @@
 #include "build/normalized_fields.hpp"
 
+#include "mesh/governing.hpp"
 #include "mesh/value_offset.hpp"
 #include "ptet/error.hpp"
 
@@ -19,6 +20,7 @@ constexpr double kFar = 16;
 constexpr double kOddRange = 1e6;
 
 std::vector<std::uint32_t> governing_arrays(const TetMesh& mesh, const std::vector<std::string>& names) {
+  if (names.empty()) return governing_by_default(mesh.point_arrays);
   std::vector<std::uint32_t> chosen;
   const auto& arrays = mesh.point_arrays;
   for (const std::string& name : names) {
@@ -33,12 +35,6 @@ std::vector<std::uint32_t> governing_arrays(const TetMesh& mesh, const std::vect
     const auto index = static_cast<std::uint32_t>(found - arrays.data());
     if (std::find(chosen.begin(), chosen.end(), index) == chosen.end()) chosen.push_back(index);
   }
-  if (!names.empty()) return chosen;
-  for (std::uint32_t i = 0; i < arrays.size(); ++i)
-    if (arrays[i].type == ScalarType::kFloat32 || arrays[i].type == ScalarType::kFloat64) chosen.push_back(i);
-  if (chosen.empty())
-    for (std::uint32_t i = 0; i < arrays.size(); ++i)
-      chosen.push_back(i);
   return chosen;
 }
 
@@ -63,7 +59,7 @@ Spread spread_of(const PointArray& array, const PreparedMesh& prepared, std::uin
   }
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   spread.range = *high - *low;
-  if (has_wide_integers(array) && spread.range >= kExactIntegers)
+  if (spans_too_far(array, spread.range))
     throw Error(ErrorCode::kBadInput, "the integers of field '" + array.name +
                                           "' span 2^53 or more, its errors cannot be measured: leave it out of the "
                                           "governing fields by naming the others, or give it as float64");

@@ -15,7 +15,6 @@
 #include "build/mesh_scales.hpp"
 #include "build/normalized_fields.hpp"
 #include "build/predictor.hpp"
-#include "mesh/vec3.hpp"
 
 #include <vector>
 

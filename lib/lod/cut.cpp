@@ -74,11 +74,9 @@ private:
     read(cut_.read);
     Lock lock = hierarchy_.lock();
     keep_loaded(cut_.read);
-    cut_.applied.assign(hierarchy_.header().record_count, 0);
-    apply(demand.promised, promised, cut_.read);
-    if (!demand.wished.are_closed()) apply(demand.wished, wished, cut_.read);
-    close_over_parents();
-    if (demand.wished.are_closed()) apply(demand.wished, wished, cut_.read);
+    apply_promised(promised, cut_.read);
+    apply(demand.wished, wished, cut_.read);
+    if (!demand.wished.are_closed()) close_over_parents();
     return lock;
   }
 

@@ -1,5 +1,6 @@
 #include "mesh/examination.hpp"
 
+#include "mesh/governing.hpp"
 #include "mesh/large_pages.hpp"
 #include "mesh/overlaps.hpp"
 #include "mesh/scalar_dispatch.hpp"
@@ -401,6 +402,14 @@ private:
       report(non_finite_rows(array), "non-finite-values", Severity::kWarning,
              "vertex where '" + array.name + "' is not finite", "vertices where '" + array.name + "' is not finite",
              "the values are kept, but errors of this field cannot be measured");
+      if (!has_measurable_range(array, out_.links.used))
+        out_.findings.push_back({"too-wide-values",
+                                 Severity::kWarning,
+                                 1,
+                                 "the values of '" + array.name +
+                                     "' range over more than can be measured: the values are kept, but errors of this "
+                                     "field cannot be measured",
+                                 {}});
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include "mesh/box_tree.hpp"
 #include "mesh/examination.hpp"
+#include "mesh/governing.hpp"
 #include "mesh/scalar_dispatch.hpp"
 #include "mesh/vec3.hpp"
 
@@ -63,6 +64,7 @@ FieldSummary summarise(const PointArray& array, const Examination& found) {
       summary.max = std::fmax(summary.max, value);
     }
   });
+  summary.can_govern = summary.not_finite == 0 && has_measurable_range(array, found.links.used);
   return summary;
 }
 
@@ -86,6 +88,8 @@ MeshReport report_on(const TetMesh& mesh, const Examination& found) {
   measure_geometry(found, report);
   for (const PointArray& array : mesh.point_arrays)
     report.fields.push_back(summarise(array, found));
+  for (const std::uint32_t i : governing_by_default(mesh.point_arrays))
+    report.fields[i].governs_by_default = true;
   report.findings = found.findings;
   return report;
 }

@@ -21,6 +21,11 @@ inline constexpr bool kIsWideInteger = std::is_integral_v<T> && sizeof(T) == 8;
   return array.type == ScalarType::kInt64 || array.type == ScalarType::kUInt64;
 }
 
+/// Whether differences of a component's values may pass what doubles tell apart; `span`: the greatest of them.
+[[nodiscard]] inline bool spans_too_far(const PointArray& array, double span) {
+  return has_wide_integers(array) && span >= kExactIntegers;
+}
+
 /// What is taken off one component of a field: of 64-bit integers the value in one row, of all others nothing.
 class ValueOffset {
 public:

@@ -414,6 +414,22 @@ class Measure(Case):
         meshes.vtu(self.folder / "off.vtu", points, tets, {"n": (vtk_type, values)})
         self.refused(3, "measure", "ids.vtu", "off.vtu", "--field", "n", says="2^53")
         self.refused(3, "build", "off.vtu", "-o", "off.ptet", says="2^53")
+        said = self.ptet("info", "off.vtu").stdout
+        self.assertIn("the values of 'n' range over more than can be measured", said)
+        self.assertIn("can be built from, if --field names others than 'n'", said)
+
+    def test_a_field_that_cannot_govern_is_said_to_be_one_only_where_it_would(self):
+        points, tets = meshes.grid(3)
+        wide = ("Int64", [0, 2**53] + [7] * (len(points) - 2))
+        apart = ("Float64", [-1.7e308, 1.7e308] + [0.0] * (len(points) - 2))
+        meshes.vtu(self.folder / "two.vtu", points, tets, {"n": wide, "f": ("Float64", [x for x, y, z in points])})
+        self.assertIn("  verdict   can be built from\n", self.ptet("info", "two.vtu").stdout)
+        fields = self.json("info", "two.vtu")["fields"]
+        self.assertEqual([(f["governs_by_default"], f["can_govern"]) for f in fields], [(False, False), (True, True)])
+        self.ptet("build", "two.vtu", "-o", "two.ptet", "--quiet")
+        meshes.vtu(self.folder / "apart.vtu", points, tets, {"f": apart, "n": wide})
+        self.assertIn("if --field names others than 'f'\n", self.ptet("info", "apart.vtu").stdout)
+        self.refused(3, "build", "apart.vtu", "-o", "apart.ptet", says="passes what a double can hold")
 
     def test_what_cannot_be_compared(self):
         self.cube("fine.vtu", 2, self.quadratic)

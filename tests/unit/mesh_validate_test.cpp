@@ -6,6 +6,7 @@
 #include "support/meshes.hpp"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <random>
 
@@ -255,6 +256,39 @@ TEST_CASE("values that are not finite, at vertices of tets", "[validate]") {
   CHECK(report.findings[2].message.find("'u'") != std::string::npos);
   CHECK(report.fields[0].min == 0);
   CHECK(report.fields[0].max == 1);
+  const auto govern = [&](std::size_t f) {
+    return std::pair(report.fields[f].governs_by_default, report.fields[f].can_govern);
+  };
+  CHECK(govern(0) == std::pair(true, false));
+  CHECK(govern(1) == std::pair(true, false));
+  CHECK(govern(2) == std::pair(false, true));
+}
+
+TEST_CASE("values that range over more than can be measured, at vertices of tets", "[validate]") {
+  std::vector<Point> points = kFivePoints;
+  points.push_back({-2, -2, -2});
+  TetMesh mesh = make_mesh(points, {{0, 1, 2, 3}, {4, 2, 1, 3}});
+  const auto add = [&](const char* name, double at_unused, double least, double greatest) {
+    test::add_array(mesh, name, ScalarType::kFloat64, 2, [&](const Point& p) {
+      return std::vector<double>{0, p[0] < 0 ? at_unused : p[0] == 1 ? greatest : least};
+    });
+  };
+  add("wide", 0, -1e308, 1e308);
+  add("unused", -1.7e308, 0, 1e308);
+  mesh.point_arrays.push_back({"n", ScalarType::kInt64, 1, {}});
+  mesh.point_arrays.back().resize(points.size());
+  check_findings(mesh, {{"unused-points", Severity::kNote, 1, {5}}, {"too-wide-values", Severity::kWarning, 1, {}}});
+  const std::int64_t far = std::int64_t{1} << 53;
+  std::memcpy(mesh.point_arrays.back().bytes.data(), &far, sizeof far);
+  check_findings(mesh, {{"unused-points", Severity::kNote, 1, {5}},
+                        {"too-wide-values", Severity::kWarning, 1, {}},
+                        {"too-wide-values", Severity::kWarning, 1, {}}});
+  const MeshReport report = validate(mesh);
+  CHECK(report.findings[1].message.find("'wide'") != std::string::npos);
+  CHECK(report.findings[2].message.find("'n'") != std::string::npos);
+  CHECK_FALSE(report.fields[0].can_govern);
+  CHECK(report.fields[1].can_govern);
+  CHECK_FALSE(report.fields[2].can_govern);
 }
 
 TEST_CASE("arrays of the wrong size", "[validate]") {

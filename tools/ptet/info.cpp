@@ -46,7 +46,7 @@ std::string type_text(ScalarType type, std::uint32_t components) {
 std::string if_others_govern(const MeshReport& report) {
   std::string names;
   for (const FieldSummary& field : report.fields)
-    if (field.not_finite > 0) names += (names.empty() ? "'" : ", '") + field.name + "'";
+    if (field.governs_by_default && !field.can_govern) names += (names.empty() ? "'" : ", '") + field.name + "'";
   if (names.empty() || report.first_error() != nullptr) return "";
   return ", if --field names others than " + names;
 }
@@ -59,7 +59,9 @@ void print_json(const std::string& path, const ReadReport& read, const TetMesh& 
                       {"components", field.components},
                       {"min", field.min},
                       {"max", field.max},
-                      {"not_finite", field.not_finite}});
+                      {"not_finite", field.not_finite},
+                      {"governs_by_default", field.governs_by_default},
+                      {"can_govern", field.can_govern}});
   }
   Json findings = Json::array();
   for (const Finding& finding : report.findings) {

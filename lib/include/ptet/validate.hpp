@@ -36,7 +36,12 @@ struct FieldSummary {
   /// none.
   double min = std::numeric_limits<double>::quiet_NaN();
   double max = std::numeric_limits<double>::quiet_NaN();
-  std::uint64_t not_finite = 0; ///< at so many of these vertices: such a field cannot govern a build
+  std::uint64_t not_finite = 0; ///< at so many of these vertices
+  /// Whether a build takes it that is told of no field: the floating-point ones, or all where there are none.
+  bool governs_by_default = false;
+  /// Whether errors of it can be measured: every value is finite, the range is, and 64-bit integers span less than
+  /// 2^53. A build refuses to be governed by others.
+  bool can_govern = false;
 };
 
 struct MeshReport {

@@ -267,13 +267,22 @@ class Finding:
 @dataclass(frozen=True)
 class FieldSummary:
     """A field's name, type, components, and least and largest finite value (for vectors: of the length), NaN where there
-    is none."""
+    is none.
+
+    Attributes:
+        governs_by_default: whether a build takes it that is told of no field: the floating-point ones, or all where
+            there are none.
+        can_govern: whether errors of it can be measured: every value is finite, the range is, and 64-bit integers span
+            less than 2^53. A build refuses to be governed by others.
+    """
 
     name: str
     dtype: str
     components: int
     min: float
     max: float
+    governs_by_default: bool
+    can_govern: bool
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,8 @@ py::dict to_dict(const MeshReport& report) {
   static constexpr std::array kSeverities{"note", "warning", "error"};
   py::list fields, findings;
   for (const FieldSummary& field : report.fields)
-    fields.append(py::make_tuple(field.name, ptet::name_of(field.type), field.components, field.min, field.max));
+    fields.append(py::make_tuple(field.name, ptet::name_of(field.type), field.components, field.min, field.max,
+                                 field.governs_by_default, field.can_govern));
   for (const Finding& finding : report.findings) {
     findings.append(py::make_tuple(finding.code, kSeverities.at(static_cast<std::size_t>(finding.severity)),
                                    finding.count, finding.message, finding.first_ids));
