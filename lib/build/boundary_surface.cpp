@@ -121,7 +121,8 @@ struct BoundarySurface::Impl {
   SelfCrossings crossings;
   SlotId first_ghost = 0;
   std::vector<SelfCrossings::Set> curves; ///< by ghost; none where the original does not cross itself
-  std::vector<std::uint32_t> shell;       ///< by ghost: the number of its shell; none where there is but one
+  std::vector<std::uint32_t> shell;       ///< by ghost: the number of its shell; none where there is but one, 0
+  std::vector<std::uint32_t> shell_size;  ///< by shell: the faces that are left of it
 
   std::optional<BoundaryPieces> pieces; ///< where domain errors are to be bounds: what the faces hold
 
@@ -140,10 +141,13 @@ struct BoundarySurface::Impl {
       if (!crossing_curves.empty() && crossing_curves[f] != 0)
         join(f, of_curve.try_emplace(crossing_curves[f], kNone).first->second);
     }
-    if (shells.count() < 2) return;
-    for (std::uint32_t f = 0; f < face_count; ++f)
-      shell.push_back(shells.root(f));
+    shell_size.assign(face_count, 0);
+    for (std::uint32_t f = 0; f < face_count; ++f) {
+      if (shells.count() > 1) shell.push_back(shells.root(f));
+      ++shell_size[shell_of(first_ghost + f)];
+    }
   }
+  [[nodiscard]] std::uint32_t shell_of(SlotId ghost) const { return shell.empty() ? 0 : shell[ghost - first_ghost]; }
   [[nodiscard]] SelfCrossings::Set curves_of(SlotId ghost) const { return curves[ghost - first_ghost]; }
   /// What a collapse makes is of all curves of what it consumed.
   void join_curves(const FaceChanges& changes) {
@@ -417,7 +421,8 @@ bool BoundarySurface::would_meet(const FaceChanges& one, const FaceChanges& othe
 bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                       std::span<const SlotId> modified, Workspace& w) const {
   const Impl& m = *impl_;
-  if (m.shell.empty()) return false;
+  const BoundingBox all = reach(complex, vd, modified);
+  if (m.shell.empty() && !all.contains(m.index.bounds())) return false;
   // A face around vs sweeps the tet of its corners and vd.
   std::vector<Triangle>& swept = w.swept_;
   swept.clear();
@@ -425,13 +430,11 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
   for (const SlotId s : modified) {
     if (!complex.is_ghost(complex.slot(s))) continue;
     swept.push_back(face_of(complex.slot(s), complex.dummy()));
-    shell = m.shell[s - m.first_ghost];
+    shell = m.shell_of(s);
   }
-  // What lies between two of the tets is swept, what lies on a face that is there before or after is not.
-  const auto lies_between = [&](Vertex x) {
-    return std::count_if(swept.begin(), swept.end(), [&](const Triangle& face) {
-             return std::find(face.begin(), face.end(), x) != face.end();
-           }) == 2;
+  const auto faces_of = [&](Vertex x) {
+    return std::count_if(swept.begin(), swept.end(),
+                         [&](const Triangle& face) { return std::find(face.begin(), face.end(), x) != face.end(); });
   };
   const auto is_in = [&](const Triangle& face, const Point& p) {
     const std::array<Point, 4> tet{m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vd]};
@@ -443,9 +446,10 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
       if (side < 0) return false;
       if (side > 0) continue;
       if (i == 3 || face[i] == vs) return false;
-      // On the side of vs, vd and the third corner.
+      // On the side of vs, vd and the third corner: what lies between two of the tets is swept, what lies on a face
+      // that is there before or after is not.
       const auto third = std::find_if(face.begin(), face.end(), [&](Vertex x) { return x != vs && x != face[i]; });
-      if (!lies_between(*third)) return false;
+      if (faces_of(*third) != 2) return false;
     }
     return true;
   };
@@ -453,11 +457,22 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
     return std::any_of(swept.begin(), swept.end(), [&](const Triangle& face) { return is_in(face, p); });
   };
   w.hits_.clear();
-  m.index.query(reach(complex, vd, modified), w.hits_);
+  m.index.query(all, w.hits_);
+  // What of the own shell goes on beyond what is swept would cross the new faces.
+  std::uint32_t own = 0;
+  for (const SlotId s : w.hits_)
+    if (m.shell_of(s) == shell && all.contains(m.index.box(s)) &&
+        (m.crossings.empty() || m.curves_of(s) == SelfCrossings::kNone))
+      ++own;
+  const bool goes_on = own < m.shell_size[shell];
   return std::any_of(w.hits_.begin(), w.hits_.end(), [&](SlotId s) {
-    if (m.shell[s - m.first_ghost] == shell) return false;
+    if (goes_on && m.shell_of(s) == shell) return false;
     const Triangle face = face_of(complex.slot(s), complex.dummy());
-    return std::any_of(face.begin(), face.end(), [&](Vertex x) { return is_swept(m.positions[x]); });
+    if (std::find(face.begin(), face.end(), vs) != face.end()) return false; // it moves
+    const auto at = [&](std::size_t i) -> const Point& { return m.positions[face[i]]; };
+    if (std::all_of(face.begin(), face.end(), [&](Vertex x) { return x == vd || faces_of(x) > 0; }))
+      return is_swept((1.0 / 3.0) * (at(0) + at(1) + at(2)));
+    return is_swept(at(0)) || is_swept(at(1)) || is_swept(at(2));
   });
 }
 
@@ -502,8 +517,10 @@ void BoundarySurface::collapse(Vertex vs, Vertex vd, const Handover& handover) {
 void BoundarySurface::move_faces(const FaceChanges& changes) {
   Impl& m = *impl_;
   if (!m.crossings.empty()) m.join_curves(changes);
-  for (const SlotId s : changes.gone)
+  for (const SlotId s : changes.gone) {
     m.index.erase(s);
+    --m.shell_size[m.shell_of(s)];
+  }
   for (const FaceChanges::Moved& moved : changes.moved)
     m.index.replace(moved.face, moved.box);
 }

@@ -113,9 +113,10 @@ public:
   /// Whether a face that one collapse would make meets one that another would make, anywhere but where they join.
   /// Thread rule: const.
   [[nodiscard]] bool would_meet(const FaceChanges& one, const FaceChanges& other) const;
-  /// Whether vs -> vd would carry the surface past something of another shell: what lies wholly in the space that the
-  /// faces around vs sweep meets none of the new ones, but would be on the other side of them. Shells that cross one
-  /// another in the original count as one. Thread rule: const; one workspace a thread.
+  /// Whether vs -> vd would carry the surface past something: what lies wholly in the space that the faces around vs
+  /// sweep meets none of the new ones, but would be on the other side of them. That is another shell, or one that
+  /// touches this one, or the far side of a small void. Shells that cross one another in the original count as one.
+  /// Thread rule: const; one workspace a thread.
   [[nodiscard]] bool would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
                                      std::span<const SlotId> modified, Workspace& workspace) const;
   /// All that an answer of collapse_ok(), would_intersect() or would_pass_over() that is in favour of the collapse

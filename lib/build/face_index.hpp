@@ -31,6 +31,8 @@ public:
     arrange(ghosts, boxes);
   }
   [[nodiscard]] const BoundingBox& box(SlotId s) const { return boxes_[leaf_count_ + leaf_[s - first_ghost_]]; }
+  /// Of all faces; empty where there are none.
+  [[nodiscard]] BoundingBox bounds() const { return boxes_.empty() ? BoundingBox{} : boxes_[1]; }
   /// Appends the faces whose box meets this one.
   void query(const BoundingBox& wanted, std::vector<SlotId>& hits) const {
     visit(

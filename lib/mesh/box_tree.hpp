@@ -37,6 +37,11 @@ struct BoundingBox {
     return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&
            low[2] <= other.high[2] && other.low[2] <= high[2];
   }
+  [[nodiscard]] bool contains(const BoundingBox& other) const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (other.low[axis] < low[axis] || high[axis] < other.high[axis]) return false;
+    return true;
+  }
 };
 
 /// The box of a triangle's or a tet's corners.

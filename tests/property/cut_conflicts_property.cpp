@@ -224,6 +224,15 @@ std::vector<char> scattered(const Built& built, std::mt19937& random) {
   return is_split;
 }
 
+/// The `number`th of a row of such cuts and of levels, closed.
+std::vector<char> closed_cut(const Built& built, int number, std::mt19937& random) {
+  std::vector<char> is_split = number % 4 == 3   ? scattered(built, random)
+                               : number % 4 == 2 ? test::after_collapses(built.records, random() % built.records.size())
+                                                 : checkerboard(built, random);
+  test::close_cut(built.records, is_split);
+  return is_split;
+}
+
 /// Crossings in random cuts, with the dependencies and without.
 struct Tally {
   std::size_t cuts = 0;
@@ -338,6 +347,40 @@ TetMesh dusty_block(int cells) {
   return mesh;
 }
 
+/// A block out of which the tets around some edges are taken, where they touch no such void.
+TetMesh riddled_block(int cells, unsigned seed) {
+  const TetMesh block = test::grid({{cells, cells, cells}, {}, 3, seed});
+  std::mt19937 random(seed);
+  std::vector<char> is_gone(block.tets.size()), is_at_void(block.vertex_count());
+  for (std::size_t tries = 0; tries < block.tets.size() / 4; ++tries) {
+    const Tet& some = block.tets[random() % block.tets.size()];
+    const auto holds = [](const Tet& tet, VertexId v) { return std::find(tet.begin(), tet.end(), v) != tet.end(); };
+    std::vector<std::size_t> around;
+    for (std::size_t t = 0; t < block.tets.size(); ++t)
+      if (holds(block.tets[t], some[0]) && holds(block.tets[t], some[1])) around.push_back(t);
+    const auto touches = [&](std::size_t t) {
+      return std::any_of(block.tets[t].begin(), block.tets[t].end(),
+                         [&](VertexId v) { return is_at_void[v.index()] != 0; });
+    };
+    if (std::any_of(around.begin(), around.end(), touches)) continue;
+    for (const std::size_t t : around) {
+      is_gone[t] = 1;
+      for (const VertexId v : block.tets[t])
+        is_at_void[v.index()] = 1;
+    }
+  }
+  std::vector<Point> positions;
+  for (std::uint32_t v = 0; v < block.vertex_count(); ++v)
+    positions.push_back(block.position(VertexId{v}));
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (std::size_t t = 0; t < block.tets.size(); ++t)
+    if (const Tet& tet = block.tets[t]; is_gone[t] == 0)
+      tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+  test::add_test_fields(mesh);
+  return mesh;
+}
+
 /// Tets of the cut that others of it hold the middle of.
 std::size_t tets_within_others(const Built& built, const std::vector<char>& is_split) {
   const std::vector<Tet> tets = test::cut_mesh(built.records, is_split).tets;
@@ -443,14 +486,29 @@ TEST_CASE("no body comes to lie in another") {
   REQUIRE(tets_within_others(built, std::vector<char>(built.records.size(), 1)) == 0);
   std::mt19937 random(18);
   for (int i = 0; i < 40; ++i) {
-    std::vector<char> is_split = i % 4 == 3   ? scattered(built, random)
-                                 : i % 4 == 2 ? test::after_collapses(built.records, random() % built.records.size())
-                                              : checkerboard(built, random);
-    test::close_cut(built.records, is_split);
+    const std::vector<char> is_split = closed_cut(built, i, random);
     CHECK(tets_within_others(built, is_split) == 0);
     CHECK(crossings(history, is_split) == 0);
   }
   CHECK(tets_within_others(built, std::vector<char>(built.records.size())) == 0);
+}
+
+//      ______        ______
+//     |  /\  |      |      |
+//     | <  > |  ->  | \><  |   A void whose near side goes through the far one, where both end at the same rim: their
+//     |__\/__|      |______|   faces meet nowhere else.
+TEST_CASE("small voids are not turned inside out") {
+  std::mt19937 random(19);
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    INFO("seed " << seed);
+    const Built built = build_to_the_end(prepare(riddled_block(7, seed)));
+    const History history(built.records, built.prepared.points);
+    REQUIRE(tets_within_others(built, std::vector<char>(built.records.size(), 1)) == 0);
+    CHECK(tets_within_others(built, std::vector<char>(built.records.size())) == 0);
+    for (int i = 0; i < 20; ++i) {
+      CHECK(tets_within_others(built, closed_cut(built, i, random)) == 0);
+    }
+  }
 }
 
 TEST_CASE("dependencies and squared errors are the same on any number of threads") {

@@ -324,6 +324,28 @@ TEST_CASE("boundary: a body wholly in the space that a surface sweeps", "[build]
   CHECK_FALSE(Moving(both(tent(1), kTent, beside, {{0, 1, 2, 3}})).would_pass_over(0, 2));
 }
 
+// What hangs into a dent from its ring, and has no other corners in it: with the edge from 2 to 4 above that from 3 to
+// 5 the new faces lie over it, and touch it only where they end.
+TEST_CASE("boundary: a body that hangs into what a surface sweeps, by its ring", "[build][boundary]") {
+  const auto passes_over = [](double height) {
+    Fixture f = tent(-1);
+    f.points[2][2] = f.points[4][2] = height;
+    const auto first = static_cast<Vertex>(f.points.size());
+    f.points.push_back({1, 0, 3}); // above 2 and above 4
+    f.points.push_back({-1, 0, 3});
+    Tets tets = kTent;
+    tets.push_back({3, 5, 2, first});
+    tets.push_back({3, 5, first, first + 1});
+    tets.push_back({3, 5, first + 1, 4});
+    Moving m(Fixture(f.points, tets));
+    REQUIRE(m.fixture.complex.validate() == "");
+    CHECK_FALSE(m.would_intersect(0, 2));
+    return m.would_pass_over(0, 2);
+  };
+  CHECK(passes_over(0.3));
+  CHECK_FALSE(passes_over(-0.3));
+}
+
 // A thin slab: the tent's underside is another body's upper face, close below its ring. A tip that goes down to the
 // ring stays above it; one that goes to a ring hanging through it does not.
 TEST_CASE("boundary: thin_slab, through the sheet behind", "[build][boundary]") {

@@ -41,6 +41,21 @@ TEST_CASE("quadric predictor: the domain error is the root mean square over the 
   CHECK(predictor.domain_error(4, 2) == Approx(std::sqrt(2.0 / 3) / 4));
 }
 
+TEST_CASE("quadric predictor: in a plane no domain error comes of rounding", "[build][predictor]") {
+  for (int turn = 1; turn < 12; ++turn) {
+    const double angle = 0.5 * turn;
+    Fixture flat = tent(0);
+    for (Point& p : flat.points) {
+      const double y = std::cos(angle) * p[1] - std::sin(angle) * p[2];
+      const double z = std::sin(angle) * p[1] + std::cos(angle) * p[2];
+      p = {std::cos(angle) * p[0] - std::sin(angle) * y, std::sin(angle) * p[0] + std::cos(angle) * y, z};
+    }
+    const Scene scene(flat, scalars({1, 3, 5, 6, 2, 4}));
+    CHECK(make(scene).domain_error(0, 2) == 0);
+    CHECK(make(scene).domain_error(0, 4) == 0);
+  }
+}
+
 TEST_CASE("quadric predictor: the interface says what the inline function says", "[build][predictor]") {
   Scene scene(prepared_grid(curved));
   QuadricPredictor told = make(scene);
