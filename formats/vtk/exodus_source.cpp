@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -35,6 +36,62 @@ void note_time(vtkExodusIIReader& reader, int steps, ReadReport& report) {
   report.notes.push_back(note);
 }
 
+/// The least that a file of netCDF's classic formats takes: its header, and all of its tables, written or not. Reading
+/// beyond the end gives zeros.
+///
+/// Source: NetCDF Classic Format Specification (header, vsize, recsize).
+std::uint64_t classic_bytes(int file, int format) {
+  const std::uint64_t count = format == NC_FORMAT_CDF5 ? 8 : 4, offset = format == NC_FORMAT_CLASSIC ? 4 : 8;
+  const auto padded = [](std::uint64_t bytes) { return (bytes + 3) / 4 * 4; };
+  const auto size_of_type = [&](nc_type type) {
+    std::size_t bytes = 0;
+    nc_inq_type(file, type, nullptr, &bytes);
+    return std::uint64_t{bytes};
+  };
+  const auto name_bytes = [&](const char* name) { return count + padded(std::strlen(name)); };
+  std::array<char, NC_MAX_NAME + 1> name{};
+  int dimensions = 0, attributes = 0, variables = 0, unlimited = -1;
+  nc_inq(file, &dimensions, &variables, &attributes, &unlimited);
+  const auto bytes_of_attributes = [&](int variable, int number) {
+    std::uint64_t bytes = 4 + count;
+    for (int i = 0; i < number; ++i) {
+      nc_type type = NC_BYTE;
+      std::size_t length = 0;
+      if (nc_inq_attname(file, variable, i, name.data()) != NC_NOERR ||
+          nc_inq_att(file, variable, name.data(), &type, &length) != NC_NOERR)
+        continue;
+      bytes += name_bytes(name.data()) + 4 + count + padded(length * size_of_type(type));
+    }
+    return bytes;
+  };
+
+  std::uint64_t header = 4 + count + 4 + count + bytes_of_attributes(NC_GLOBAL, attributes) + 4 + count;
+  std::vector<std::uint64_t> lengths(static_cast<std::size_t>(dimensions));
+  for (int i = 0; i < dimensions; ++i) {
+    std::size_t length = 0;
+    nc_inq_dim(file, i, name.data(), &length);
+    lengths[static_cast<std::size_t>(i)] = length;
+    header += name_bytes(name.data()) + count;
+  }
+  double tables = 0, step = 0; // products of what a damaged header says
+  std::vector<int> along(NC_MAX_VAR_DIMS);
+  for (int i = 0; i < variables; ++i) {
+    nc_type type = NC_BYTE;
+    int rank = 0;
+    if (nc_inq_var(file, i, name.data(), &type, &rank, along.data(), &attributes) != NC_NOERR) continue;
+    header += name_bytes(name.data()) + count + static_cast<std::uint64_t>(rank) * count +
+              bytes_of_attributes(i, attributes) + 4 + count + offset;
+    double bytes = static_cast<double>(size_of_type(type));
+    for (int d = 0; d < rank; ++d)
+      if (along[static_cast<std::size_t>(d)] != unlimited)
+        bytes *= static_cast<double>(lengths[static_cast<std::size_t>(along[static_cast<std::size_t>(d)])]);
+    (rank > 0 && along[0] == unlimited ? step : tables) += bytes;
+  }
+  const double steps = unlimited < 0 ? 0 : static_cast<double>(lengths[static_cast<std::size_t>(unlimited)]);
+  const double all = static_cast<double>(header) + tables + steps * step;
+  return all < 0x1p63 ? static_cast<std::uint64_t>(all) : std::uint64_t{1} << 63;
+}
+
 /// Opens the file as what it is underneath, and looks at the sizes of its tables. The Exodus library prints when this
 /// fails, and counts to whatever a damaged size says.
 void check_netcdf(const Source& source, const Assembler& assembler) {
@@ -48,7 +105,8 @@ void check_netcdf(const Source& source, const Assembler& assembler) {
   nc_inq_format(file, &format);
   nc_inq_ndims(file, &dimensions);
   const bool compressed = format == NC_FORMAT_NETCDF4 || format == NC_FORMAT_NETCDF4_CLASSIC;
-  const std::uint64_t largest = (compressed ? kMaxCompression : 1) * std::filesystem::file_size(source.path);
+  const std::uint64_t file_bytes = std::filesystem::file_size(source.path);
+  const std::uint64_t largest = (compressed ? kMaxCompression : 1) * file_bytes;
   for (int i = 0; i < dimensions; ++i) {
     std::array<char, NC_MAX_NAME + 1> name{};
     std::size_t length = 0;
@@ -56,6 +114,10 @@ void check_netcdf(const Source& source, const Assembler& assembler) {
       assembler.fail(std::string("is damaged: its dimension '") + name.data() + "' is " + grouped(length) +
                      ", more than the file can hold");
   }
+  if (compressed) return;
+  if (const std::uint64_t needed = classic_bytes(file, format); needed > file_bytes)
+    assembler.fail("is cut short: it has " + grouped(file_bytes) + " bytes, and what it says that it holds takes " +
+                   grouped(needed) + " at least");
 }
 
 /// Says what of an open file's parts does not come through: which element blocks there were, and all sets.

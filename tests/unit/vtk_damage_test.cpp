@@ -241,4 +241,9 @@ TEST_CASE("an Exodus file that is damaged is bad input", "[vtk]") {
     write_bytes(path, whole.substr(0, length));
     CHECK(failure_of(path).code == ErrorCode::kBadInput);
   }
+  // What is missing of its tables would be read as zeros.
+  for (std::size_t missing = 1; missing < whole.size() / 3; missing += missing < 16 ? 1 : 97) {
+    write_bytes(path, whole.substr(0, whole.size() - missing));
+    CHECK_THAT(failure_of(path).message, Catch::Contains("is cut short"));
+  }
 }
