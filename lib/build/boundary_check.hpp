@@ -53,14 +53,14 @@ public:
   /// handover. Thread rule: const.
   [[nodiscard]] CollapseStatus measure(Vertex vs, Vertex vd, BoundaryMove& move,
                                        double enough = std::numeric_limits<double>::infinity()) const;
+  /// Whether measure() is little work: nothing is bounded.
+  [[nodiscard]] bool measures_quickly() const { return domain_error_ != DomainError::kBound; }
   /// A lower bound on what measure() would find, mesh units, where that bounds; it may end at any value above `enough`.
   /// Thread rule: const.
   [[nodiscard]] double at_least(Vertex vs, Vertex vd, double enough) const {
     return domain_error_ == DomainError::kBound ? surface_.at_least(vs, vd, enough, workspaces_.local()) : 0;
   }
   [[nodiscard]] double domain_limit() const { return domain_limit_; }
-  /// Whether that is little work: nothing is bounded.
-  [[nodiscard]] bool measures_quickly() const { return domain_error_ != DomainError::kBound; }
 
 private:
   [[nodiscard]] double error_of(Vertex vs, Vertex vd, double enough, BoundarySurface::Workspace& workspace) const;

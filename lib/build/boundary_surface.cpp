@@ -424,17 +424,19 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
   const BoundingBox all = reach(complex, vd, modified);
   if (m.shell.empty() && !all.contains(m.index.bounds())) return false;
   // A face around vs sweeps the tet of its corners and vd.
-  std::vector<Triangle>& swept = w.swept_;
+  std::vector<Workspace::Swept>& swept = w.swept_;
   swept.clear();
   std::uint32_t shell = 0;
   for (const SlotId s : modified) {
     if (!complex.is_ghost(complex.slot(s))) continue;
-    swept.push_back(face_of(complex.slot(s), complex.dummy()));
+    const Triangle face = face_of(complex.slot(s), complex.dummy());
+    swept.push_back(
+        {face, box_of(std::array{m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vd]})});
     shell = m.shell_of(s);
   }
+  const auto has = [](const Triangle& face, Vertex x) { return std::find(face.begin(), face.end(), x) != face.end(); };
   const auto faces_of = [&](Vertex x) {
-    return std::count_if(swept.begin(), swept.end(),
-                         [&](const Triangle& face) { return std::find(face.begin(), face.end(), x) != face.end(); });
+    return std::count_if(swept.begin(), swept.end(), [&](const auto& tet) { return has(tet.face, x); });
   };
   const auto is_in = [&](const Triangle& face, const Point& p) {
     const std::array<Point, 4> tet{m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vd]};
@@ -454,7 +456,8 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
     return true;
   };
   const auto is_swept = [&](const Point& p) {
-    return std::any_of(swept.begin(), swept.end(), [&](const Triangle& face) { return is_in(face, p); });
+    return std::any_of(swept.begin(), swept.end(),
+                       [&](const auto& tet) { return tet.box.contains(p) && is_in(tet.face, p); });
   };
   w.hits_.clear();
   m.index.query(all, w.hits_);
@@ -465,15 +468,21 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
         (m.crossings.empty() || m.curves_of(s) == SelfCrossings::kNone))
       ++own;
   const bool goes_on = own < m.shell_size[shell];
-  return std::any_of(w.hits_.begin(), w.hits_.end(), [&](SlotId s) {
-    if (goes_on && m.shell_of(s) == shell) return false;
+  w.corners_.clear();
+  for (const SlotId s : w.hits_) {
+    if (goes_on && m.shell_of(s) == shell) continue;
     const Triangle face = face_of(complex.slot(s), complex.dummy());
-    if (std::find(face.begin(), face.end(), vs) != face.end()) return false; // it moves
-    const auto at = [&](std::size_t i) -> const Point& { return m.positions[face[i]]; };
-    if (std::all_of(face.begin(), face.end(), [&](Vertex x) { return x == vd || faces_of(x) > 0; }))
-      return is_swept((1.0 / 3.0) * (at(0) + at(1) + at(2)));
-    return is_swept(at(0)) || is_swept(at(1)) || is_swept(at(2));
-  });
+    if (has(face, vs)) continue; // it moves
+    if (std::all_of(face.begin(), face.end(), [&](Vertex x) { return x == vd || faces_of(x) > 0; })) {
+      const Point sum = m.positions[face[0]] + m.positions[face[1]] + m.positions[face[2]];
+      if (is_swept((1.0 / 3.0) * sum)) return true;
+    } else {
+      w.corners_.insert(w.corners_.end(), face.begin(), face.end());
+    }
+  }
+  std::sort(w.corners_.begin(), w.corners_.end());
+  const auto end = std::unique(w.corners_.begin(), w.corners_.end());
+  return std::any_of(w.corners_.begin(), end, [&](Vertex x) { return is_swept(m.positions[x]); });
 }
 
 BoundingBox BoundarySurface::reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const {

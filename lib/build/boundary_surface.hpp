@@ -65,13 +65,20 @@ public:
       std::uint32_t left;         ///< what becomes of it; kNone when it goes
     };
 
+    /// The tet that a face sweeps.
+    struct Swept {
+      std::array<Vertex, 3> face;
+      BoundingBox box;
+    };
+
     std::vector<TriangleDistance> left_;
     std::vector<Around> around_;
     std::vector<Held> held_;
     std::optional<BoundaryPieces::Division> division_;
     std::vector<std::uint32_t> fine_, coarse_;
     std::vector<PatchTriangle> fine_triangles_, coarse_triangles_;
-    std::vector<std::array<Vertex, 3>> swept_;
+    std::vector<Swept> swept_;
+    std::vector<Vertex> corners_; ///< of faces that may be passed over
     std::vector<SlotId> hits_;
     std::vector<SelfCrossings::Set> curves_;
   };

@@ -109,6 +109,12 @@ public:
   [[nodiscard]] double seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
+  /// What is known of a build once its file is written.
+  void finish(BuildReport& report, std::uint64_t file_bytes) const {
+    report.file_bytes = file_bytes;
+    report.total_seconds = seconds();
+    report.peak_memory_bytes = build::peak_resident_bytes();
+  }
 
 private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -186,9 +192,7 @@ BuildReport PiecesBuild::write(const std::string& path, std::vector<Bytes> decid
   const Stopwatch time;
   BuildReport report;
   Built built = impl_->finish(std::move(decided), source_name, source_hash, report, progress);
-  report.file_bytes = write_file(path, std::move(built), impl_->options, progress);
-  report.total_seconds = time.seconds();
-  report.peak_memory_bytes = build::peak_resident_bytes();
+  time.finish(report, write_file(path, std::move(built), impl_->options, progress));
   return report;
 }
 
@@ -201,9 +205,7 @@ std::vector<std::byte> PiecesBuild::write_memory(std::vector<Bytes> decided, Bui
   filled = {};
   Built built = impl_->finish(std::move(decided), source_name, source_hash, filled, progress);
   std::vector<std::byte> bytes = encode(std::move(built), impl_->options, progress);
-  filled.file_bytes = bytes.size();
-  filled.total_seconds = time.seconds();
-  filled.peak_memory_bytes = build::peak_resident_bytes();
+  time.finish(filled, bytes.size());
   return bytes;
 }
 
@@ -224,11 +226,9 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
   const Stopwatch time;
   Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, report, progress);
-  report.file_bytes = write_file(path, std::move(built), options, progress);
+  time.finish(report, write_file(path, std::move(built), options, progress));
   // The file is there: a checkpoint that stays does no harm.
   if (std::error_code ignored; !checkpoint.empty()) std::filesystem::remove(checkpoint, ignored);
-  report.total_seconds = time.seconds();
-  report.peak_memory_bytes = build::peak_resident_bytes();
   return report;
 }
 
@@ -247,9 +247,7 @@ std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options, B
   Built built =
       collapse_all(begin(std::move(mesh), options, progress), options, source_name, source_hash, filled, progress);
   std::vector<std::byte> bytes = encode(std::move(built), options, progress);
-  filled.file_bytes = bytes.size();
-  filled.total_seconds = time.seconds();
-  filled.peak_memory_bytes = build::peak_resident_bytes();
+  time.finish(filled, bytes.size());
   return bytes;
 }
 

@@ -15,7 +15,8 @@ constexpr std::uint32_t kNotInPiece = std::numeric_limits<std::uint32_t>::max();
 } // namespace
 
 MeshPieces::MeshPieces(const PreparedMesh& prepared, std::uint32_t count)
-    : prepared_(prepared), piece_of_(prepared.used_vertex_count), boxes_(std::max(count, 1U)) {
+    : prepared_(prepared), piece_of_(prepared.used_vertex_count), boxes_(std::max(count, 1U)),
+      vertex_count_(boxes_.size()) {
   std::vector<std::uint32_t> vertices(prepared.used_vertex_count);
   std::iota(vertices.begin(), vertices.end(), 0U);
   cut(vertices, 0, this->count());
@@ -28,6 +29,7 @@ void MeshPieces::cut(std::span<std::uint32_t> vertices, std::uint32_t first_piec
     box.add(prepared_.points[v]);
   if (count == 1 || vertices.empty()) {
     boxes_[first_piece] = box;
+    vertex_count_[first_piece] = static_cast<std::uint32_t>(vertices.size());
     for (const std::uint32_t v : vertices)
       piece_of_[v] = first_piece;
     return;

@@ -42,6 +42,8 @@ public:
   [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(boxes_.size()); }
   /// By used vertex: its piece.
   [[nodiscard]] const std::vector<std::uint32_t>& piece_of() const { return piece_of_; }
+  /// So many vertices are its own.
+  [[nodiscard]] std::uint32_t vertex_count(std::uint32_t index) const { return vertex_count_[index]; }
   /// With the point arrays `arrays` alone. `original_vertex` names the vertices of the whole prepared mesh. Thread
   /// rule: const. Cost: O(all tets), little each, and memory for the piece.
   [[nodiscard]] MeshPiece piece(std::uint32_t index, std::span<const std::uint32_t> arrays) const;
@@ -52,6 +54,7 @@ private:
   const PreparedMesh& prepared_;
   std::vector<std::uint32_t> piece_of_;
   std::vector<BoundingBox> boxes_; ///< by piece, of its vertices
+  std::vector<std::uint32_t> vertex_count_;
 };
 
 } // namespace ptet::build

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace ptet::build {
 namespace {
@@ -112,10 +113,15 @@ std::vector<std::byte> PieceDecisions::decide(std::uint32_t index, const Progres
   OfPiece decided;
   decided.identity = identity_;
   decided.piece = index;
-  MeshPiece piece = pieces_.piece(index, arrays_);
   const double left = std::max(kLeftInPiece, target_part(prepared_, options_));
-  const auto goal = static_cast<std::uint32_t>(std::floor(std::max(0.0, 1 - left) * piece.movable_count));
-  if (goal > 0) {
+  const auto goal_of = [left](std::uint32_t movable) {
+    return static_cast<std::uint32_t>(std::floor(std::max(0.0, 1 - left) * movable));
+  };
+  if (progress && !progress({"collapsing", 0, 1})) throw Error(ErrorCode::kCancelled, "the build was cancelled");
+  // A look at the piece takes one at all of the mesh.
+  MeshPiece piece;
+  if (goal_of(pieces_.vertex_count(index)) > 0) piece = pieces_.piece(index, arrays_);
+  if (const std::uint32_t goal = goal_of(piece.movable_count); goal > 0) {
     BuildOptions options = options_;
     options.fields.clear();
     for (const PointArray& array : piece.prepared.mesh.point_arrays)
@@ -155,14 +161,12 @@ PieceDecisions::OfPiece PieceDecisions::read(std::uint32_t piece, std::span<cons
   const auto fits = [&](const std::vector<double>& errors, bool are_known) {
     return errors.size() == (are_known ? count * arrays_.size() : 0);
   };
-  std::size_t rounds = 0;
-  for (std::size_t i = 0; i < records.round.size(); ++i)
-    rounds += i == 0 || records.round[i] != records.round[i - 1] ? 1 : 0;
+  std::set<std::uint32_t> rounds(records.round.begin(), records.round.end());
   if (records.target.size() != count || records.round.size() != count || !fits(records.field_error, true) ||
       !fits(records.outside_error, options_.evaluation == Evaluation::kExact) ||
       !fits(records.squared_error, options_.prediction == Prediction::kExact) ||
       records.uncovered_volume.size() != (options_.prediction == Prediction::kExact ? count : 0) ||
-      decided.walk.size() != rounds || !std::is_sorted(records.round.begin(), records.round.end()))
+      decided.walk.size() != rounds.size() || !std::is_sorted(records.round.begin(), records.round.end()))
     throw Error(ErrorCode::kCorruptFile, "the " + place + " are damaged: their tables do not fit together");
   return decided;
 }
@@ -174,15 +178,17 @@ Decisions PieceDecisions::merge(std::span<const std::vector<std::byte>> decided)
   Decisions all;
   struct Source {
     OfPiece of;
+    std::vector<CostOfRound> rounds{};
     std::size_t end = 0; ///< of the collapses that are made
     std::size_t next = 0, next_round = 0;
   };
   std::vector<Source> sources;
   std::vector<CostOfRound> costs;
   for (std::uint32_t p = 0; p < piece_count(); ++p) {
-    const OfPiece& of = sources.emplace_back(Source{read(p, decided[p])}).of;
-    const std::vector<CostOfRound> rounds = costs_of_rounds(of.records, of.walk);
-    costs.insert(costs.end(), rounds.begin(), rounds.end());
+    Source& source = sources.emplace_back(Source{read(p, decided[p])});
+    const OfPiece& of = source.of;
+    source.rounds = costs_of_rounds(of.records, of.walk);
+    costs.insert(costs.end(), source.rounds.begin(), source.rounds.end());
     for (std::size_t i = 0; i < all.collapses.size(); ++i)
       all.collapses[i] += of.collapses[i];
     all.simulations += of.simulations;
@@ -190,7 +196,7 @@ Decisions PieceDecisions::merge(std::span<const std::vector<std::byte>> decided)
   }
   const double limit = limit_of_cost(std::move(costs));
   for (Source& source : sources)
-    for (const CostOfRound& round : costs_of_rounds(source.of.records, source.of.walk))
+    for (const CostOfRound& round : source.rounds)
       if (round.cost <= limit) source.end = round.end;
   for (;;) {
     constexpr std::uint32_t kNoRound = std::numeric_limits<std::uint32_t>::max();

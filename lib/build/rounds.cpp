@@ -24,7 +24,7 @@ void Rounds::run(const std::function<void()>& within, const std::function<void()
       // Refusals may have lost their reason by collapses near by: look at everything once more.
       candidates.forget_all();
       state_.swept = true;
-      state_.before_sweep = refusals();
+      state_.before_sweep = tries();
       continue;
     }
     const std::size_t before = collapser_.records().size();
@@ -40,7 +40,7 @@ void Rounds::run(const std::function<void()>& within, const std::function<void()
   report_.last_refusals = {};
   if (!collapser_.at_target()) report_.last_refusals = refusals_of_last_sweep();
   report_.stopped_by = collapser_.at_target() ? "target" : why_stuck();
-  report_.collapses = refusals();
+  report_.collapses = tries();
   report_.simulations += candidates.simulations();
 }
 
@@ -56,7 +56,7 @@ void Rounds::go_on_from_collapses() {
 }
 
 /// By CollapseStatus: what has become of all half-edges looked at so far.
-StatusCounts Rounds::refusals() const {
+StatusCounts Rounds::tries() const {
   StatusCounts sum = collapser_.candidates().refusals();
   for (std::size_t i = 0; i < sum.size(); ++i)
     sum[i] += report_.collapses[i];
@@ -65,7 +65,7 @@ StatusCounts Rounds::refusals() const {
 
 /// The last sweep was over all half-edges that are left.
 StatusCounts Rounds::refusals_of_last_sweep() const {
-  StatusCounts counts = refusals();
+  StatusCounts counts = tries();
   for (std::size_t i = 0; i < counts.size(); ++i)
     counts[i] -= state_.before_sweep[i];
   counts[static_cast<std::size_t>(CollapseStatus::kAccepted)] = 0;

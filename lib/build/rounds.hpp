@@ -55,7 +55,7 @@ public:
 
 private:
   void take(std::vector<Vertex> picked, const std::function<void()>& within);
-  [[nodiscard]] StatusCounts refusals() const;
+  [[nodiscard]] StatusCounts tries() const;
   [[nodiscard]] StatusCounts refusals_of_last_sweep() const;
   [[nodiscard]] std::string why_stuck() const;
 

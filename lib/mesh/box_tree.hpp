@@ -37,9 +37,10 @@ struct BoundingBox {
     return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&
            low[2] <= other.high[2] && other.low[2] <= high[2];
   }
-  [[nodiscard]] bool contains(const BoundingBox& other) const {
+  [[nodiscard]] bool contains(const BoundingBox& other) const { return contains(other.low) && contains(other.high); }
+  [[nodiscard]] bool contains(const Point& p) const {
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (other.low[axis] < low[axis] || high[axis] < other.high[axis]) return false;
+      if (!(low[axis] <= p[axis] && p[axis] <= high[axis])) return false;
     return true;
   }
 };
