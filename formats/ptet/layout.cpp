@@ -167,10 +167,12 @@ Footer parse_footer(ByteReader& in) {
   Footer footer;
   footer.directory_offset = in.get<std::uint64_t>("directory_offset");
   footer.section_count = in.get<std::uint32_t>("section_count");
-  expect<std::uint32_t>(in, "reserved", 0);
+  const auto reserved = in.get<std::uint32_t>("reserved");
   footer.directory_hash = in.get<std::uint64_t>("directory_hash");
   footer.file_bytes = in.get<std::uint64_t>("file_bytes");
-  if (in.get_text(kEndMagic.size(), "end magic") != kEndMagic) in.fail("the end of the file is missing");
+  if (in.get_text(kEndMagic.size(), "end magic") != kEndMagic)
+    in.fail("it does not end as it should: the file is cut short, or something was added at its end");
+  if (reserved != 0) in.violate("reserved is " + std::to_string(reserved) + ", not 0");
   if (footer.section_count > kMaxSections) in.fail("section_count is out of range");
   return footer;
 }

@@ -13,9 +13,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
-#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 #include <zstd.h>
 
 namespace ptet::file {
@@ -452,12 +453,18 @@ void Encoding::transcribe() {
 }
 
 void Encoding::train() {
-  oneapi::tbb::enumerable_thread_specific<BitCounter> counters([&] { return BitCounter(schema_->context_count()); });
-  oneapi::tbb::parallel_for(std::size_t{0}, transcripts_.size(),
-                            [&](std::size_t b) { transcripts_[b].tell(counters.local()); });
+  // There are many contexts where there are many arrays: a counter for each of many threads takes more than the mesh.
+  const std::size_t count = std::min<std::size_t>(
+      {kMaxCounters, static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency()), transcripts_.size()});
+  std::vector<std::optional<BitCounter>> counters(count);
+  oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    counters[i].emplace(schema_->context_count());
+    for (std::size_t b = i; b < transcripts_.size(); b += count)
+      transcripts_[b].tell(*counters[i]);
+  });
   BitCounter all(schema_->context_count());
-  for (const BitCounter& counter : counters)
-    all += counter;
+  for (const std::optional<BitCounter>& counter : counters)
+    all += *counter;
   initial_ = all.trained();
 }
 

@@ -14,6 +14,9 @@ namespace ptet::file {
 /// What a file can hold.
 inline constexpr std::uint64_t kMaxFileVertices = 0x7FFFFFEF, kMaxFileTets = 0x3FFFFFFE, kMaxFileVersions = 0xFFFFFFFD;
 
+/// So many threads at most count what each context of the range coder is told.
+inline constexpr std::size_t kMaxCounters = 4;
+
 /// Throws Error(kLimit) for a mesh that no .ptet file can hold: too many vertices, tets, point arrays or components of
 /// one. write() and encode() throw the same; this says it before a build.
 void check_storable(const TetMesh& mesh);

@@ -128,7 +128,7 @@ private:
     if (checkpoints_.due() || (checkpoints_.enabled() && !(goes_on && has_memory))) save();
     if (goes_on && !has_memory)
       throw Error(ErrorCode::kLimit, "the process has come near the memory limit of " +
-                                         bytes_text(options_.memory_limit) + " while " + std::string(progress.stage) +
+                                         limit_text(options_.memory_limit) + " while " + std::string(progress.stage) +
                                          ", " + std::to_string(progress.done) + " of " +
                                          std::to_string(progress.total) +
                                          (checkpoints_.enabled() ? "; what was done is in the checkpoint" : ""));

@@ -18,9 +18,10 @@ namespace {
 /// So many collapses are made by several threads: telling them of it takes as long as some collapses.
 constexpr std::size_t kWorthSharing = 8;
 
-/// So many vertices are to be left.
+/// So many vertices are to be left. Of a fraction that is a whole number but for rounding it is that number.
 std::uint32_t count_of_target(double target, std::uint32_t vertices) {
-  const double count = target < 1 ? target * static_cast<double>(vertices) : target;
+  constexpr double kBelow = 1 - 0x1p-50;
+  const double count = target < 1 ? kBelow * target * static_cast<double>(vertices) : target;
   return static_cast<std::uint32_t>(std::min<double>(std::ceil(count), vertices));
 }
 

@@ -60,7 +60,7 @@ public:
     return complex_.vertex_count() - static_cast<std::uint32_t>(records_.size() + accepted_count_);
   }
   /// And those of the mesh that are in no tet.
-  [[nodiscard]] std::uint64_t vertices_left() const { return prepared_.mesh.vertex_count() - records_.size(); }
+  [[nodiscard]] std::uint64_t vertices_left() const { return prepared_.used_vertex_count - records_.size(); }
   /// So many are to be left of the complex, by the options.
   [[nodiscard]] std::uint32_t target_count() const { return target_count_; }
   [[nodiscard]] bool at_target() const { return alive_count() <= target_count_; }

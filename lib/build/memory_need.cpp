@@ -1,6 +1,9 @@
 #include "build/memory_need.hpp"
 
 #include "build/process_memory.hpp"
+#include "formats/ptet/schema.hpp"
+#include "formats/ptet/writer.hpp"
+#include "mesh/governing.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -56,14 +59,23 @@ std::uint64_t whole(double bytes, double overhead = kOverhead) {
       std::ceil(overhead * bytes + std::min(kPageEnds, kPageEndsAtMost * bytes) + kFixed));
 }
 
-} // namespace
-
-std::string bytes_text(std::uint64_t bytes) {
+/// `more`: of the last digit, where that is not all.
+std::string text_in_units(std::uint64_t bytes, unsigned more) {
   constexpr std::uint64_t kMega = 1000000, kGiga = 1000 * kMega;
-  const auto in = [bytes](std::uint64_t unit) { return bytes / unit + (bytes % unit >= unit / 2 ? 1 : 0); };
+  const auto in = [=](std::uint64_t unit) { return bytes / unit + (bytes % unit != 0 ? more : 0); };
   if (bytes < kGiga) return std::to_string(in(kMega)) + " MB";
   const std::uint64_t hundredths = in(kGiga / 100);
   return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " GB";
+}
+
+} // namespace
+
+std::string bytes_text(std::uint64_t needed) {
+  return text_in_units(needed, 1);
+}
+
+std::string limit_text(std::uint64_t limit) {
+  return text_in_units(limit, 0);
 }
 
 BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
@@ -71,20 +83,25 @@ BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
   counts.vertices = mesh.vertex_count();
   counts.tets = mesh.tets.size();
   counts.row_bytes = mesh.positions.row_bytes();
-  const auto governs = [&](const PointArray& array, bool any_type) {
-    if (!options.fields.empty())
-      return std::find(options.fields.begin(), options.fields.end(), array.name) != options.fields.end();
-    return any_type || array.type == ScalarType::kFloat32 || array.type == ScalarType::kFloat64;
-  };
-  for (const bool any_type : {false, true}) {
-    for (const PointArray& array : mesh.point_arrays) {
-      if (!any_type) counts.row_bytes += array.row_bytes();
-      if (!governs(array, any_type)) continue;
+  file::Header header;
+  header.position_type = mesh.positions.type;
+  header.has_squared_errors = true;
+  std::vector<file::DecimalDigits> digits{file::DecimalDigits(3)};
+  const std::vector<std::uint32_t> by_default = governing_by_default(mesh.point_arrays);
+  for (std::uint32_t i = 0; i < mesh.point_arrays.size(); ++i) {
+    const PointArray& array = mesh.point_arrays[i];
+    const bool governs = options.fields.empty() ? std::find(by_default.begin(), by_default.end(), i) != by_default.end()
+                                                : std::find(options.fields.begin(), options.fields.end(), array.name) !=
+                                                      options.fields.end();
+    counts.row_bytes += array.row_bytes();
+    if (governs) {
       ++counts.fields;
       counts.channels += array.components;
     }
-    if (counts.fields > 0) break;
+    header.arrays.push_back({array.name, array.type, array.components, governs, 0});
+    digits.emplace_back(array.components);
   }
+  counts.contexts = file::Schema(header, digits).context_count();
   return counts;
 }
 
@@ -138,9 +155,11 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   const double per_record = 52 + 4 * (fields + 1) + (is_exact ? 12 * (fields + 1) : 0);
   // As the stars of blocks are let go, what their coding was told grows.
   const double stars = 4 * modified + 12 * (consumed - modified) + 20 * records;
-  const double told = 2 * (75 + 2.8 * row) * records;
+  const double told = 2 * (35 + 40 * fields + 2.8 * row) * records;
   constexpr double kTold = 256e6 * 1.05, kPacked = 1 / 2.2;
-  const double coding = rows + 30 * records + given + refinement + per_record * records + 24 * vertices +
+  const double counting = 16 * (1 + std::min<double>(threads, file::kMaxCounters)), of_coders = 4 * threads;
+  const double coding = std::max(counting, of_coders) * static_cast<double>(counts.contexts) + rows + 30 * records +
+                        given + refinement + per_record * records + 24 * vertices +
                         1.1 * std::max(stars, told < kTold ? told : kTold + kPacked * (told - kTold));
   // Sorted, numbered, as bytes and as a zstd frame with what level 19 works in.
   const double raw_order = 5 * tets + 4 * vertices;
@@ -167,12 +186,16 @@ std::uint64_t MemoryWatch::check(const BuildCounts& counts) const {
   };
   const std::uint64_t need = need_of(counts, options_);
   if (limit == 0 || need <= limit) return need;
-  std::string message = "the build of " + std::to_string(counts.tets) + " tets would take up to " + bytes_text(need) +
-                        " of memory, and the limit is " + bytes_text(limit) + "; it would take up to ";
+  const std::string extent = counts.boundary_faces == 0 ? "at least " : "up to ";
+  std::string message = "the build of " + std::to_string(counts.tets) + " tets would take " + extent +
+                        bytes_text(need) + " of memory, and the limit is " + limit_text(limit) + "; it would take " +
+                        extent;
+  constexpr double kWorthSaying = 0.97;
   std::vector<std::string> ways;
   const auto offer = [&](const BuildCounts& some, const BuildOptions& options, const std::string& how) {
     const std::uint64_t less = need_of(some, options);
-    if (static_cast<double>(less) < 0.97 * static_cast<double>(need)) ways.push_back(bytes_text(less) + " " + how);
+    if (static_cast<double>(less) < kWorthSaying * static_cast<double>(need))
+      ways.push_back(bytes_text(less) + " " + how);
   };
   BuildOptions quick = options_;
   quick.prediction = Prediction::kQuadric;

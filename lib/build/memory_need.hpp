@@ -26,6 +26,7 @@ struct BuildCounts {
   std::uint64_t row_bytes = 0;      ///< of a vertex: position and arrays as they are stored
   std::uint64_t fields = 0;         ///< governing
   std::uint64_t channels = 0;       ///< their components
+  std::uint64_t contexts = 0;       ///< of the file's range coder
 };
 [[nodiscard]] BuildCounts count(const TetMesh& mesh, const BuildOptions& options);
 [[nodiscard]] BuildCounts count(const PreparedMesh& prepared, const BuildOptions& options);
@@ -45,7 +46,7 @@ public:
   /// When nothing of the build is there yet but `mesh`: all else that is resident is somebody else's and stays.
   MemoryWatch(const TetMesh& mesh, const BuildOptions& options);
 
-  /// What is foreseen for such a mesh, of the whole process.
+  /// What is foreseen for such a mesh, of the whole process; at least so much before its boundary is known.
   /// Throws Error(kLimit) when it passes the limit, with what would help.
   std::uint64_t check(const BuildCounts& counts) const;
 
@@ -56,7 +57,8 @@ private:
 
 /// Whether the process is so near the limit of `options` that the next round may pass it.
 [[nodiscard]] bool near_memory_limit(const BuildOptions& options);
-/// "1.23 GB"
-[[nodiscard]] std::string bytes_text(std::uint64_t bytes);
+/// "1.23 GB": what is needed is rounded up, what there is down.
+[[nodiscard]] std::string bytes_text(std::uint64_t needed);
+[[nodiscard]] std::string limit_text(std::uint64_t limit);
 
 } // namespace ptet::build

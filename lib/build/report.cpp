@@ -20,7 +20,7 @@ void report_walk(const PreparedMesh& prepared, const RecordStream& records, std:
   RoundReport so_far;
   std::size_t r = 0;
   for (RoundReport& step : walk) {
-    for (; r < prepared.mesh.vertex_count() - step.vertices; ++r) {
+    for (; r < prepared.used_vertex_count - step.vertices; ++r) {
       for (std::size_t f = 0; f < records.fields.size(); ++f)
         so_far.field_error = std::max(so_far.field_error, records.largest_error(r, f) / records.fields[f].scale());
       so_far.domain_error = std::max(so_far.domain_error, records.domain_error[r] / records.diagonal);
@@ -34,7 +34,7 @@ void report_walk(const PreparedMesh& prepared, const RecordStream& records, std:
 
 void report_records(const PreparedMesh& prepared, const RecordStream& records, BuildReport& report) {
   report.records = records.size();
-  report.base_vertices = prepared.mesh.vertex_count() - records.size();
+  report.base_vertices = prepared.used_vertex_count - records.size();
   report.base_tets = records.original_tet_count - deleted_tets(records);
   for (std::size_t f = 0; f < records.fields.size(); ++f) {
     double worst = 0;

@@ -19,7 +19,7 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
   DatasetInfo info;
   info.vertices = std::uint64_t{header.base_vertex_count} + header.record_count;
   info.tets = header.tet_count;
-  info.base_vertices = header.base_vertex_count;
+  info.base_vertices = hierarchy.used_base_vertex_count();
   info.base_tets = header.base_tet_count;
   info.records = header.record_count;
   info.blocks = hierarchy.blocks().size();

@@ -104,6 +104,16 @@ class Memory(Case):
                 self.assertLessEqual(peak, foreseen)
                 self.assertLessEqual(foreseen, 1.3 * peak + 40e6)  # the program and its libraries do not grow
 
+    def test_what_many_fields_and_threads_take_was_foreseen(self):
+        points, tets = meshes.grid(16)
+        fields = {f"f{i}": ("Float64", [math.sin(i + x) * y + z for x, y, z in points]) for i in range(50)}
+        meshes.vtu(self.folder / "many.vtu", points, tets, fields)
+        for threads in "1", "8":
+            report = self.json("build", "many.vtu", "--method", "QN", "--threads", threads)
+            if b"__asan_init" in pathlib.Path(program()).read_bytes():
+                continue
+            self.assertLessEqual(report["peak_memory_bytes"], 1.05 * report["foreseen_memory_bytes"])
+
     def test_pieces_of_a_file_are_welded_where_that_is_asked_for(self):
         points, tets = meshes.grid(6)
         sides = [[t for t in tets if (sum(points[v][0] for v in t) < 2) == left] for left in (True, False)]
@@ -156,7 +166,7 @@ class Memory(Case):
         # The head of the file is enough; then the counts of the mesh, before anything is made of it.
         self.refused(5, "build", "grid.vtu", "--memory-limit", "1M", says=["reading 24,576 cells", "allows 1,000,000"])
         self.refused(5, "build", "grid.vtu", "--memory-limit", "40M", "--threads", "2",
-                     says=["24576 tets", "would take up to", "the limit is 40 MB"])
+                     says=["24576 tets", "would take at least", "the limit is 40 MB"])
         self.assertEqual(self.files(), ["grid.vtu"])
 
 
@@ -416,7 +426,8 @@ class Measure(Case):
         self.refused(3, "build", "off.vtu", "-o", "off.ptet", says="2^53")
         said = self.ptet("info", "off.vtu").stdout
         self.assertIn("the values of 'n' range over more than can be measured", said)
-        self.assertIn("can be built from, if --field names others than 'n'", said)
+        self.assertIn("verdict   cannot be built from: there is no field whose errors can be measured", said)
+        self.assertFalse(self.json("info", "off.vtu")["buildable"])
 
     def test_a_field_that_cannot_govern_is_said_to_be_one_only_where_it_would(self):
         points, tets = meshes.grid(3)
@@ -427,9 +438,19 @@ class Measure(Case):
         fields = self.json("info", "two.vtu")["fields"]
         self.assertEqual([(f["governs_by_default"], f["can_govern"]) for f in fields], [(False, False), (True, True)])
         self.ptet("build", "two.vtu", "-o", "two.ptet", "--quiet")
-        meshes.vtu(self.folder / "apart.vtu", points, tets, {"f": apart, "n": wide})
+        meshes.vtu(self.folder / "apart.vtu", points, tets, {"f": apart, "n": wide, "g": ("Float32", [0.5] * len(points))})
         self.assertIn("if --field names others than 'f'\n", self.ptet("info", "apart.vtu").stdout)
         self.refused(3, "build", "apart.vtu", "-o", "apart.ptet", says="passes what a double can hold")
+
+    def test_one_field_is_not_compared_with_two(self):
+        points, tets = meshes.grid(2)
+        fields = {name: ("Float64", [x + i * y for x, y, z in points]) for i, name in enumerate("ab")}
+        meshes.vtu(self.folder / "ab.vtu", points, tets, fields)
+        self.refused(2, "measure", "ab.vtu", "ab.vtu", "--field", "a", "--field", "a=b", says=["'a'", "'b'"])
+        self.ptet("measure", "ab.vtu", "ab.vtu", "--field", "a", "--field", "a")
+        flat = [(x, y, 0.0) for x, y, z in points]
+        meshes.vtu(self.folder / "flat.vtu", flat, tets, fields)
+        self.refused(3, "measure", "ab.vtu", "flat.vtu", says="'flat.vtu' has no volume")
 
     def test_what_cannot_be_compared(self):
         self.cube("fine.vtu", 2, self.quadratic)

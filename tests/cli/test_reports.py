@@ -2,6 +2,7 @@
 Usage: test_reports.py PTET [unittest options]"""
 import json
 import os
+import re
 import sys
 
 sys.dont_write_bytecode = True  # leaves the source tree as it is
@@ -22,7 +23,7 @@ class Reports(Case):
         self.assertEqual(set(report["field_error"]), {"smooth", "bumpy"})
         self.assertEqual(report["file_bytes"], (self.folder / "grid.ptet").stat().st_size)
         if report["stopped_by"] == "target":
-            self.assertLessEqual(report["base"]["vertices"], 145)
+            self.assertEqual(report["base"]["vertices"], 146)
         for key in ["rounds", "depth", "domain_error", "bytes_per_vertex", "seconds", "collapses_per_second", "notes"]:
             self.assertIn(key, report)
         walk = report["walk"]
@@ -51,6 +52,45 @@ class Reports(Case):
     def test_a_whole_percentage_is_not_a_count(self):
         self.grid(4)
         self.assertEqual(self.json("build", "grid.vtu", "--target-vertices", "100%")["records"], 0)
+
+    def test_points_in_no_tet_count_in_no_level(self):
+        points, tets = meshes.grid(5)
+        used = len(points)
+        points = points + [(9.0 + i, 0.0, 0.0) for i in range(3 * used)]
+        meshes.vtu(self.folder / "un.vtu", points, tets, {"f": ("Float64", [x * y for x, y, z in points])})
+        built = self.json("build", "un.vtu", "--target-vertices", "10%", "--method", "QN")
+        self.assertEqual(built["input"]["vertices"], 4 * used)
+        self.assertEqual(built["base"]["vertices"], -(-used // 10))
+        self.assertEqual(built["base"]["vertices"] + built["records"], used)
+        self.assertEqual(built["walk"][-1]["vertices"], built["base"]["vertices"])
+        info = self.json("info", "un.ptet", "--levels")
+        self.assertEqual(info["base"], built["base"])
+        self.assertEqual(self.json("extract", "un.ptet", "--vertices", "0")["vertices"], built["base"]["vertices"])
+        level, cut = info["levels"][-1], self.json("extract", "un.ptet", "--field-error", "0", "--domain-error", "0")
+        self.assertEqual((level["vertices"], level["tets"]), (cut["vertices"], cut["tets"]))
+
+    def test_one_percent_is_what_a_build_goes_down_to(self):
+        points, tets = meshes.grid(6)
+        meshes.vtu(self.folder / "six.vtu", points, tets, {"f": ("Float64", [x * y for x, y, z in points])})
+        self.ptet("build", "six.vtu", "-o", "default.ptet", "--method", "QN")
+        self.ptet("build", "six.vtu", "-o", "told.ptet", "--method", "QN", "--target-vertices", "1%")
+        self.assertEqual((self.folder / "default.ptet").read_bytes(), (self.folder / "told.ptet").read_bytes())
+
+    def test_a_build_states_the_errors_that_its_file_states(self):
+        points, tets = meshes.grid(6)
+        # Large where a rounded edge is cut off: at vertices that coarse meshes do not cover.
+        points = [(x + 0.2 * y * y, y, z + 0.2 * x * x) for x, y, z in points]
+        fields = {"f": ("Float64", [x * x + 9 * (y > 0.9) * x for x, y, z in points])}
+        meshes.vtu(self.folder / "bent.vtu", points, tets, fields)
+        built = self.json("build", "bent.vtu")
+        info = self.json("info", "bent.ptet")
+        self.assertEqual(built["stated"], {"field_error": {"f": info["fields"][0]["max_error"]},
+                                           "domain_error": info["max_domain_error"]})
+        said = self.ptet("build", "bent.vtu", "--force").stdout
+        stated = re.search(r"field +f:.*error up to (\S+) ", self.ptet("info", "bent.ptet").stdout).group(1)
+        self.assertIn(f"  error     f up to {stated} (", said)
+        self.assertEqual("; at vertices outside of a mesh up to " in said,
+                         built["field_error"]["f"] > built["stated"]["field_error"]["f"])
 
     def test_max_field_error_holds(self):
         self.grid(8)

@@ -1,5 +1,7 @@
 #include "arguments.hpp"
 
+#include "mesh/vec3.hpp"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -161,6 +163,8 @@ std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
       refuse(option, text, "a size such as 500kB, 20MB or 1.5GB is wanted");
     return static_cast<std::uint64_t>(*value * static_cast<double>(unit.bytes));
   }
+  if (text.find_first_not_of("0123456789") != std::string_view::npos)
+    refuse(option, text, "a size such as 500kB, 20MB or 1.5GB is wanted");
   return parse_whole(option, text, 0, std::uint64_t{1} << 53);
 }
 
@@ -271,6 +275,9 @@ View parse_view(std::string_view option, std::string_view text, bool has_size) {
   view.direction = {(*at)[0] - (*eye)[0], (*at)[1] - (*eye)[1], (*at)[2] - (*eye)[2]};
   const bool along_z = view.direction[0] == 0 && view.direction[1] == 0;
   view.up = up ? *up : along_z ? Point{0, 1, 0} : Point{0, 0, 1};
+  constexpr double kParallel = 1e-9;
+  if (!(norm(cross(view.direction, view.up)) > kParallel * norm(view.direction) * norm(view.up)))
+    refuse(option, text, "up must be another direction than that from the eye to at");
   return view;
 }
 

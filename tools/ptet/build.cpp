@@ -216,10 +216,9 @@ void check_reading(const std::string& input, std::uint64_t limit) {
                                      " bytes of memory, and --memory-limit allows " + grouped(limit));
 }
 
-/// As BuildOptions has it. How many points there will be is not known before they are welded.
-double target_of(const Count& target, bool weld, std::size_t vertices) {
-  if (weld && target.relative && target.value < 1) return target.value;
-  return static_cast<double>(target.of(vertices));
+/// As BuildOptions has it. Of how many vertices a percentage is, the build knows.
+double target_of(const Count& target, std::size_t vertices) {
+  return target.relative && target.value < 1 ? target.value : static_cast<double>(target.of(vertices));
 }
 
 /// Both passes, the first by all processes. Nothing where this is not the first of them.
@@ -258,14 +257,12 @@ void run(const Arguments& arguments) {
   progress.stage("reading");
   check_reading(arguments.input, wishes.options.memory_limit);
   TetMesh mesh = read_mesh(arguments.input, &outcome.read, callback);
-  outcome.input_bytes = size_of_file(arguments.input);
-  for (const std::string& piece : outcome.read.more_files)
-    outcome.input_bytes += size_of_file(piece);
+  outcome.input_bytes = bytes_of(arguments.input, outcome.read);
   BuildOptions options = wishes.options;
   options.checkpoint.path = checkpoint;
   options.max_field_error = resolve_field_bounds("--max-field-error", wishes.max_field_error, names_of(mesh),
                                                  governing_names(mesh, options.fields));
-  if (wishes.target) options.target_vertices = target_of(*wishes.target, options.weld, mesh.vertex_count());
+  if (wishes.target) options.target_vertices = target_of(*wishes.target, mesh.vertex_count());
   const std::string hash =
       ranks.is_first() ? hash_input(arguments.input, outcome.read.more_files, callback) : std::string();
   stop_if_interrupted();

@@ -93,14 +93,25 @@ void print_collapses(const BuildOutcome& outcome, std::ostream& out) {
 
 void print_errors(const BuildOutcome& outcome, std::ostream& out) {
   const BuildReport& build = outcome.build;
-  for (const auto& [field, error] : build.field_error) {
-    const std::string share = percent_up(error, range_of(outcome.info, field));
-    out << "  error     " << field << " up to " << brief_up(error)
-        << (share.empty() ? "" : " (" + share + " of its range)") << '\n';
+  const auto share = [](double error, double whole) {
+    const std::string text = percent_up(error, whole);
+    return text.empty() ? text : " (" + text;
+  };
+  // Of the base mesh as the file states it, and where limits are on what lies outside of it, too.
+  for (std::size_t f = 0; f < build.field_error.size(); ++f) {
+    const auto& [field, everywhere] = build.field_error[f];
+    const double range = range_of(outcome.info, field), stated = outcome.info.max_field_error[f];
+    const std::string of_range = share(stated, range);
+    out << "  error     " << field << " up to " << brief_up(stated)
+        << (of_range.empty() ? "" : of_range + " of its range)");
+    if (everywhere > stated)
+      out << "; at vertices outside of a mesh up to " << brief_up(everywhere) << share(everywhere, range)
+          << (of_range.empty() ? "" : ")");
+    out << '\n';
   }
-  const std::string share = percent_up(build.domain_error, outcome.info.diagonal);
-  out << "  error     domain up to " << brief_up(build.domain_error)
-      << (share.empty() ? "" : " (" + share + " of the diagonal)") << '\n';
+  const std::string of_diagonal = share(outcome.info.max_domain_error, outcome.info.diagonal);
+  out << "  error     domain up to " << brief_up(outcome.info.max_domain_error)
+      << (of_diagonal.empty() ? "" : of_diagonal + " of the diagonal)") << '\n';
   if (!outcome.info.errors_are_bounds) out << "  note      " << kNoBounds << '\n';
 }
 
@@ -142,9 +153,12 @@ void print_json(const BuildOutcome& outcome) {
     collapses[std::string(name_of(status))] = build.collapses[i];
     if (build.last_refusals[i] > 0) last_refusals[std::string(name_of(status))] = build.last_refusals[i];
   }
-  Json field_error = Json::object();
-  for (const auto& [field, error] : build.field_error)
+  Json field_error = Json::object(), stated_field_error = Json::object();
+  for (std::size_t f = 0; f < build.field_error.size(); ++f) {
+    const auto& [field, error] = build.field_error[f];
     field_error[field] = error;
+    stated_field_error[field] = outcome.info.max_field_error[f];
+  }
   std::vector<std::string> notes = outcome.read.notes;
   notes.insert(notes.end(), build.notes.begin(), build.notes.end());
 
@@ -184,6 +198,7 @@ void print_json(const BuildOutcome& outcome) {
   json["exact_evaluations"] = build.exact_evaluations;
   json["field_error"] = field_error;
   json["domain_error"] = build.domain_error;
+  json["stated"] = {{"field_error", stated_field_error}, {"domain_error", outcome.info.max_domain_error}};
   json["walk"] = walk;
   json["file_bytes"] = build.file_bytes;
   json["bytes_per_vertex"] = per(build.file_bytes, build.input_vertices);

@@ -62,6 +62,13 @@ std::uint64_t size_of_file(const std::string& path) {
   return status ? 0 : size;
 }
 
+std::uint64_t bytes_of(const std::string& path, const ReadReport& read) {
+  std::uint64_t bytes = size_of_file(path);
+  for (const std::string& piece : read.more_files)
+    bytes += size_of_file(piece);
+  return bytes;
+}
+
 std::string checked_output(const std::string& option, const std::string& path, const std::string& input) {
   if (path.empty()) throw Error(ErrorCode::kBadArgument, option + ": the name is empty");
   std::error_code status;

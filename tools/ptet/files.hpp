@@ -2,6 +2,7 @@
 // mistake.
 #pragma once
 
+#include "formats/vtk/read.hpp"
 #include "ptet/error.hpp"
 
 #include <cstdint>
@@ -15,6 +16,9 @@ namespace ptet::cli {
 
 /// 0 when the size cannot be had.
 [[nodiscard]] std::uint64_t size_of_file(const std::string& path);
+
+/// Of a file that was read, and of the pieces that it names.
+[[nodiscard]] std::uint64_t bytes_of(const std::string& path, const ReadReport& read);
 
 /// Where to write when the user asked `option` for `path`: links are followed, for writers replace what stands under
 /// the name. Throws Error: kIo when there is something other than a file, when it is write-protected, or the folder is

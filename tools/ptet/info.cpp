@@ -42,13 +42,20 @@ std::string type_text(ScalarType type, std::uint32_t components) {
 
 // Meshes.
 
+/// Empty where a build takes the mesh, whatever fields it has to be told of.
+std::string why_not_buildable(const MeshReport& report) {
+  if (report.first_error() != nullptr) return "see the errors above";
+  const bool none_can = std::none_of(report.fields.begin(), report.fields.end(),
+                                     [](const FieldSummary& field) { return field.can_govern; });
+  return none_can && !report.fields.empty() ? "there is no field whose errors can be measured" : "";
+}
+
 /// What a build that is told of no field refuses.
 std::string if_others_govern(const MeshReport& report) {
   std::string names;
   for (const FieldSummary& field : report.fields)
     if (field.governs_by_default && !field.can_govern) names += (names.empty() ? "'" : ", '") + field.name + "'";
-  if (names.empty() || report.first_error() != nullptr) return "";
-  return ", if --field names others than " + names;
+  return names.empty() ? "" : ", if --field names others than " + names;
 }
 
 void print_json(const std::string& path, const ReadReport& read, const TetMesh& mesh, const MeshReport& report) {
@@ -75,7 +82,7 @@ void print_json(const std::string& path, const ReadReport& read, const TetMesh& 
   json["kind"] = "mesh";
   json["path"] = path;
   json["format"] = read.format;
-  json["file_bytes"] = size_of_file(path);
+  json["file_bytes"] = bytes_of(path, read);
   json["notes"] = read.notes;
   json["vertices"] = report.vertices;
   json["tets"] = report.tets;
@@ -92,13 +99,13 @@ void print_json(const std::string& path, const ReadReport& read, const TetMesh& 
   json["diagonal"] = report.diagonal();
   json["fields"] = fields;
   json["findings"] = findings;
-  json["buildable"] = report.first_error() == nullptr;
+  json["buildable"] = why_not_buildable(report).empty();
   print(json);
 }
 
 void print_text(const std::string& path, const ReadReport& read, const TetMesh& mesh, const MeshReport& report) {
   std::ostream& out = std::cout;
-  out << path << ": " << read.format << ", " << counted(size_of_file(path), "byte") << '\n';
+  out << path << ": " << read.format << ", " << counted(bytes_of(path, read), "byte") << '\n';
   out << "  mesh      " << counted(report.vertices, "vertex") << " (" << type_text(mesh.positions.type, 1) << "), "
       << counted(report.tets, "tet") << ", " << counted(report.components, "component") << ", Euler characteristic "
       << report.euler_characteristic << '\n';
@@ -123,8 +130,10 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
     label.resize(10, ' ');
     out << "  " << label << finding.message << '\n';
   }
-  out << "  verdict   " << (report.first_error() == nullptr ? "can be built from" : "cannot be built from")
-      << if_others_govern(report) << '\n';
+  const std::string why_not = why_not_buildable(report);
+  out << "  verdict   "
+      << (why_not.empty() ? "can be built from" + if_others_govern(report) : "cannot be built from: " + why_not)
+      << '\n';
 }
 
 void run_mesh(const Arguments& arguments) {
@@ -150,7 +159,7 @@ struct Level {
   std::uint64_t tets = 0;
 };
 
-std::vector<Level> levels_of(const std::string& path) {
+std::vector<Level> levels_of(const std::string& path, std::uint64_t base_vertices) {
   file::Reader reader(file::open_file(path));
   file::Content content = reader.read_base();
   std::vector<std::uint32_t> blocks(reader.blocks().size());
@@ -159,7 +168,7 @@ std::vector<Level> levels_of(const std::string& path) {
 
   std::vector<Level> levels;
   for (const double fraction : {0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001, 0.0}) {
-    Level level{fraction, content.refinement.base_vertex_count(), content.refinement.base_tet_count()};
+    Level level{fraction, base_vertices, content.refinement.base_tet_count()};
     const std::size_t columns = content.errors_per_record;
     for (std::uint32_t r = 0; r < content.refinement.record_count(); ++r) {
       const auto* const row = content.monotone.data() + r * columns;
@@ -282,7 +291,8 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
 
 void run_ptet(const Arguments& arguments) {
   const DatasetInfo info = Dataset::open(arguments.input)->info();
-  const std::vector<Level> levels = arguments.levels ? levels_of(arguments.input) : std::vector<Level>{};
+  const std::vector<Level> levels =
+      arguments.levels ? levels_of(arguments.input, info.base_vertices) : std::vector<Level>{};
   arguments.json ? print_json(arguments.input, info, levels) : print_text(arguments.input, info, levels);
 }
 

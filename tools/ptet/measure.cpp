@@ -204,8 +204,14 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
   for (const std::string& text : names) {
     const auto [name, other] = names_in(text, original);
     const PointArray &a = named_array(original, name), &b = named_array(simplified, other);
-    if (std::any_of(fields.begin(), fields.end(), [&](const ComparedField& field) { return field.name == a.name; }))
-      continue;
+    const auto before =
+        std::find_if(fields.begin(), fields.end(), [&](const ComparedField& field) { return field.name == a.name; });
+    if (before != fields.end()) {
+      if (before->simplified_name == b.name) continue;
+      throw Error(ErrorCode::kBadArgument, "--field: '" + a.name + "' is to be compared with '" +
+                                               before->simplified_name + "' and with '" + b.name +
+                                               "': one of them at a time");
+    }
     const std::string why = why_not(a, b);
     if (!why.empty()) throw Error(ErrorCode::kBadInput, "field '" + name + "' " + why);
     fields.push_back({name, other, a.components, range_of(original, a)});
@@ -223,7 +229,7 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
       notes.push_back("field '" + a.name + "' is left out: it " + why);
     }
   }
-  if (fields.empty())
+  if (fields.empty() && notes.empty())
     notes.emplace_back("the meshes have no " + std::string(only_integers ? "" : "floating-point ") +
                        "field in common: none is compared");
   return fields;
@@ -272,6 +278,9 @@ void measure_fields(const Wishes& wishes, MeasureOutcome& outcome, const Progres
     outcome.inside = comparison.exact_inside(progress);
   }
   if (!(outcome.inside.volume > 0)) {
+    for (const ComparedMesh* side : {&outcome.original, &outcome.simplified})
+      if (!(side->volume > 0))
+        throw Error(ErrorCode::kBadInput, "'" + side->path + "' has no volume: its tets are flat");
     const auto box = [](const MeshReport& report) {
       return to_text(report.box_min) + " to " + to_text(report.box_max);
     };

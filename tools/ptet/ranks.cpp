@@ -28,6 +28,19 @@ int number_in(const char* variable) {
   return error == std::errc() && end == digits.data() + digits.size() ? number : -1;
 }
 
+/// What is written to a stream goes to another, while this is there.
+class Redirected {
+public:
+  Redirected(std::ostream& from, std::ostringstream& to) : from_(from), before_(from.rdbuf(to.rdbuf())) {}
+  ~Redirected() { from_.rdbuf(before_); }
+  Redirected(const Redirected&) = delete;
+  Redirected& operator=(const Redirected&) = delete;
+
+private:
+  std::ostream& from_;
+  std::streambuf* before_;
+};
+
 } // namespace
 
 StartedProcesses started_processes() {
@@ -62,11 +75,10 @@ int as_a_rank(const std::function<int()>& run) {
   if (started_processes().rank == 0) return run();
   std::ostringstream unheard;
   std::ostringstream message;
-  std::streambuf* const out = std::cout.rdbuf(unheard.rdbuf());
-  std::streambuf* const err = std::cerr.rdbuf(message.rdbuf());
-  const int code = run();
-  std::cout.rdbuf(out);
-  std::cerr.rdbuf(err);
+  const int code = [&] {
+    const Redirected out(std::cout, unheard), err(std::cerr, message);
+    return run();
+  }();
   if (code == kExitOk) return code;
   tell_first(code, message.str());
   // Who ends first with an error has all the others killed: this must be who speaks.

@@ -24,8 +24,11 @@ std::vector<std::string> words_of(const CLI::App& command) {
     } else if (option->get_expected_max() == 0) {
       words.push_back(option->get_name());
     } else {
-      for (const std::string& value : option->results())
+      for (const std::string& value : option->results()) {
+        // The viewer would take the next word for it.
+        if (value.empty()) throw Error(ErrorCode::kBadArgument, option->get_name() + ": its value is missing");
         words.push_back(option->get_name() + "=" + value);
+      }
     }
   }
   words.emplace_back("--");

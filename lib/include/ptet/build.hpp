@@ -92,8 +92,8 @@ struct BuildOptions {
   std::vector<FieldBound> max_field_error;
   /// Hard limit on the domain error of a collapse: one that would pass it is refused.
   Bound max_domain_error{0.02, true};
-  /// Stop at this number of vertices, or at this fraction of them when < 1. The build also stops when nothing more can
-  /// be collapsed; the report says which.
+  /// Stop at this number of vertices, of those that tets use, or at this fraction of them when < 1. The build also
+  /// stops when nothing more can be collapsed; the report says which.
   double target_vertices = 0.01;
   /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
   /// it is no worse than the worst of the star it comes from. None: 1e-3, or a twentieth of the median of some
@@ -134,7 +134,7 @@ struct BuildOptions {
 
 /// How far a build had come at the end of a round: a point of its walk in error space (Cignoni et al. 2000, 4.3).
 struct RoundReport {
-  std::uint64_t vertices = 0; ///< that are left
+  std::uint64_t vertices = 0; ///< that are left, of those that tets use
   double cost = 0;            ///< the most that a collapse of this round might cost
   double field_error = 0;     ///< largest recorded so far, of any field, as a fraction of its range
   double domain_error = 0;    ///< largest recorded so far, as a fraction of the diagonal
@@ -143,7 +143,7 @@ struct RoundReport {
 struct BuildReport {
   std::uint64_t input_vertices = 0;
   std::uint64_t input_tets = 0;
-  std::uint64_t base_vertices = 0;
+  std::uint64_t base_vertices = 0; ///< that tets of the base mesh use
   std::uint64_t base_tets = 0;
   std::uint64_t records = 0;
   std::uint32_t rounds = 0;

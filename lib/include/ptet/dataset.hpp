@@ -42,9 +42,9 @@ struct FieldInfo {
 };
 
 struct DatasetInfo {
-  std::uint64_t vertices = 0;      ///< of the original
+  std::uint64_t vertices = 0;      ///< of the original, with those in no tet
   std::uint64_t tets = 0;          ///< likewise
-  std::uint64_t base_vertices = 0; ///< of the base mesh, the coarsest there is
+  std::uint64_t base_vertices = 0; ///< that tets of the base mesh use, the coarsest there is
   std::uint64_t base_tets = 0;     ///< likewise
   std::uint64_t records = 0;       ///< vertex splits: what leads from the base mesh to the original
   std::uint64_t blocks = 0;        ///< in which records are stored and read

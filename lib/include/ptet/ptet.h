@@ -127,7 +127,7 @@ typedef struct ptet_dataset_info {
   uint64_t struct_size;
   uint64_t vertices; /* of the original */
   uint64_t tets;
-  uint64_t base_vertices; /* of the coarsest mesh */
+  uint64_t base_vertices; /* that tets of the coarsest mesh use */
   uint64_t base_tets;
   uint64_t records; /* vertex splits, of which every other mesh is made */
   uint64_t blocks;

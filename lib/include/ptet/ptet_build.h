@@ -98,7 +98,7 @@ typedef struct ptet_build_report {
   uint64_t struct_size;
   uint64_t input_vertices;
   uint64_t input_tets;
-  uint64_t base_vertices; /* of the coarsest mesh */
+  uint64_t base_vertices; /* that tets of the coarsest mesh use */
   uint64_t base_tets;
   uint64_t records;
   uint64_t file_bytes;

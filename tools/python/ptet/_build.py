@@ -59,13 +59,15 @@ class BuildReport:
 
     Attributes:
         input_vertices, input_tets: of the original.
-        base_vertices, base_tets: of the coarsest mesh.
+        base_vertices, base_tets: of the coarsest mesh, vertices in no tet left out.
         records: collapses that the file holds.
         rounds: how many there were; `walk` has one entry for each.
         depth: longest chain of records that depend on one another.
         min_quality: the floor of the shape measure, also where nobody said.
         collapses: tries by what became of them: "accepted", "link condition", ...
         stopped_by: "target", or "no candidate left" with what stands against each half-edge that is left.
+        last_refusals: what stood against the half-edges that were left, and how often; empty when the target was
+            reached.
         simulations, exact_evaluations: half-edges that were simulated, and measured exactly, before they were taken.
         field_error: largest recorded, by field, in its units.
         domain_error: largest recorded, mesh units.
@@ -74,6 +76,8 @@ class BuildReport:
         cut_dependencies: added so that the boundary of no cut crosses itself.
         file_bytes: size of the file.
         collapse_seconds, certify_seconds, total_seconds: wall time.
+        pieces: that the mesh was cut in; piece_records, piece_records_dropped: collapses that were decided in them and
+            made in the whole, and those no longer possible there; piece_seconds, follow_seconds: wall time of both.
         peak_memory_bytes, foreseen_memory_bytes: the most resident memory that the process had by the end of the build,
             whatever had it (0: not known), and what was foreseen of it.
     """
@@ -88,6 +92,7 @@ class BuildReport:
     min_quality: float
     collapses: dict[str, int]
     stopped_by: str
+    last_refusals: dict[str, int]
     simulations: int
     exact_evaluations: int
     field_error: dict[str, float]
@@ -99,6 +104,11 @@ class BuildReport:
     collapse_seconds: float
     certify_seconds: float
     total_seconds: float
+    pieces: int
+    piece_records: int
+    piece_records_dropped: int
+    piece_seconds: float
+    follow_seconds: float
     peak_memory_bytes: int
     foreseen_memory_bytes: int
 
@@ -218,8 +228,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         target = float(target_vertices)
     else:
         target = float(parse_count(target_vertices, vertices, "target_vertices"))  # type: ignore[arg-type]
-        if weld and isinstance(target_vertices, str) and target_vertices.endswith("%"):
-            # How many points there will be is not known yet.
+        if isinstance(target_vertices, str) and target_vertices.endswith("%"):
+            # Of how many vertices, the build knows: those that tets use, once they are welded.
             share = parse_bound(target_vertices, "target_vertices")[0]
             target = share if share < 1 else target
     names = [govern] if isinstance(govern, str) else list(govern or [])
@@ -236,7 +246,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target,
         None if min_quality is None else parse_number(min_quality, "min_quality"), prediction,
-        evaluation, objective, _whole(max_star, 8, 4096, "max_star"), 
+        evaluation, objective, _whole(max_star, 8, 4096, "max_star"),
         None if round_fraction is None else parse_number(round_fraction, "round_fraction"),
         _whole(threads, 0, 1024, "threads"), _whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
         _whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,

@@ -43,9 +43,12 @@ Choice named(const std::string& name, const char* what, int count) {
 }
 
 py::dict to_dict(const BuildReport& report) {
-  py::dict collapses, field_error, dict;
-  for (std::size_t i = 0; i < kCollapseStatusCount; ++i)
-    collapses[py::str(std::string(name_of(static_cast<CollapseStatus>(i))))] = report.collapses[i];
+  py::dict collapses, last_refusals, field_error, dict;
+  for (std::size_t i = 0; i < kCollapseStatusCount; ++i) {
+    const py::str status(std::string(name_of(static_cast<CollapseStatus>(i))));
+    collapses[status] = report.collapses[i];
+    if (report.last_refusals[i] > 0) last_refusals[status] = report.last_refusals[i];
+  }
   for (const auto& [field, error] : report.field_error)
     field_error[py::str(field)] = error;
   py::list walk;
@@ -61,6 +64,7 @@ py::dict to_dict(const BuildReport& report) {
   dict["min_quality"] = report.min_quality;
   dict["collapses"] = collapses;
   dict["stopped_by"] = report.stopped_by;
+  dict["last_refusals"] = last_refusals;
   dict["simulations"] = report.simulations;
   dict["exact_evaluations"] = report.exact_evaluations;
   dict["field_error"] = field_error;
@@ -72,6 +76,11 @@ py::dict to_dict(const BuildReport& report) {
   dict["collapse_seconds"] = report.collapse_seconds;
   dict["certify_seconds"] = report.certify_seconds;
   dict["total_seconds"] = report.total_seconds;
+  dict["pieces"] = report.pieces;
+  dict["piece_records"] = report.piece_records;
+  dict["piece_records_dropped"] = report.piece_records_dropped;
+  dict["piece_seconds"] = report.piece_seconds;
+  dict["follow_seconds"] = report.follow_seconds;
   dict["peak_memory_bytes"] = report.peak_memory_bytes;
   dict["foreseen_memory_bytes"] = report.foreseen_memory_bytes;
   return dict;
