@@ -160,6 +160,28 @@ class BadInput(Case):
         self.assertIsNone(self.json("info", "nan.vtu")["fields"][2]["min"])
         self.assertIn("can be built from, if --field names others than 'bumpy', 'empty'", said)
 
+    def test_names_with_control_characters(self):
+        (self.folder / "bell.vtk").write_text("""# vtk DataFile Version 3.0
+t
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 4 float
+0 0 0 1 0 0 0 1 0 0 0 1
+CELLS 1 5
+4 0 1 2 3
+CELL_TYPES 1
+10
+POINT_DATA 4
+SCALARS a%1B[31mb float 1
+LOOKUP_TABLE default
+0 1 2 3
+""")
+        said = self.ptet("info", "bell.vtk").stdout
+        self.assertIn("  field     a?[31mb: float32", said)
+        self.assertNotIn("\x1b", said)
+        self.refused(2, "build", "bell.vtk", "--field", "b", says="'a?[31mb'")
+        self.assertEqual(self.json("info", "bell.vtk")["fields"][0]["name"], "a\x1b[31mb")
+
     def test_nan_in_a_position(self):
         points, tets = meshes.grid(2)
         points[5] = (0.0, float("nan"), 0.0)

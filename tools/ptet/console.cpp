@@ -1,5 +1,7 @@
 #include "console.hpp"
 
+#include "plain_output.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -60,7 +62,7 @@ ExitCode exit_code_of(ErrorCode code) {
 }
 
 int fail(ExitCode code, const std::string& message) {
-  std::cerr << "ptet: error: " << message << '\n';
+  std::cerr << "ptet: error: " << plain_text(message, false) << '\n';
   return code;
 }
 
@@ -68,7 +70,7 @@ int guarded(const std::function<int()>& run) {
   try {
     return run();
   } catch (const Interrupted& error) {
-    std::cerr << "ptet: interrupted; " << error.what() << '\n';
+    std::cerr << "ptet: interrupted; " << plain_text(error.what(), false) << '\n';
     return kExitInterrupted;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kCancelled) {

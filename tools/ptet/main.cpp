@@ -2,6 +2,7 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "console.hpp"
+#include "plain_output.hpp"
 #include "ranks.hpp"
 
 #include <cerrno>
@@ -139,6 +140,7 @@ int main(int argc, char** argv) {
   // A file that grows beyond its limit is an error of writing like a full disk, not the end of the process.
   std::signal(SIGXFSZ, SIG_IGN);
   std::ios::sync_with_stdio(false);
+  const PlainOutput plain(std::cout);
   CLI::App program("", "ptet");
   add_commands(program);
   return as_a_rank([&] { return guarded([&] { return run(program, argc, argv); }); });
