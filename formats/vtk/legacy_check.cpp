@@ -58,6 +58,13 @@ public:
     }
     if (cells_ != cell_types_) fail("has " + grouped(cells_) + " cells and " + grouped(cell_types_) + " cell types");
   }
+  /// Whether the last number may go on where the file ends: a text that was cut short is whole but for that.
+  [[nodiscard]] bool may_lack_digits() {
+    if (binary_ || bytes_ == 0) return false;
+    stream_.clear();
+    stream_.seekg(-1, std::ios::end);
+    return std::isspace(stream_.get()) == 0;
+  }
 
 private:
   [[noreturn]] void fail(const std::string& reason) const { throw Error(ErrorCode::kBadInput, path_ + ": " + reason); }
@@ -311,8 +318,12 @@ private:
 
 } // namespace
 
-void check_legacy(const std::string& path) {
-  LegacyWalk(path).check();
+void check_legacy(const Source& source) {
+  LegacyWalk walk(source.path);
+  walk.check();
+  if (walk.may_lack_digits())
+    source.report.notes.emplace_back(
+        "the last line has no end: if the file was cut short, its last number lacks digits");
 }
 
 } // namespace ptet::vtkio

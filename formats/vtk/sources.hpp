@@ -32,8 +32,8 @@ void read_exodus(const Source& source, Assembler& assembler);
 void check_readable(const std::string& path);
 
 /// Walks through a legacy VTK file and throws Error(kBadInput) unless it is an unstructured grid whose tables and
-/// attributes are as long as they say: VTK's reader trusts those numbers and would run past its buffers. `path` begins
-/// the messages.
-void check_legacy(const std::string& path);
+/// attributes are as long as they say: VTK's reader trusts those numbers and would run past its buffers. Notes where a
+/// text ends within its last line.
+void check_legacy(const Source& source);
 
 } // namespace ptet::vtkio

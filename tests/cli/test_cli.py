@@ -181,6 +181,11 @@ LOOKUP_TABLE default
         self.assertNotIn("\x1b", said)
         self.refused(2, "build", "bell.vtk", "--field", "b", says="'a?[31mb'")
         self.assertEqual(self.json("info", "bell.vtk")["fields"][0]["name"], "a\x1b[31mb")
+        self.assertNotIn("note", said)
+        # Of 3.25 something else would be left.
+        text = (self.folder / "bell.vtk").read_text()
+        (self.folder / "cut.vtk").write_text(text[:-1])
+        self.assertIn("  note      the last line has no end", self.ptet("info", "cut.vtk").stdout)
 
     def test_nan_in_a_position(self):
         points, tets = meshes.grid(2)
