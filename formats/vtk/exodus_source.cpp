@@ -79,8 +79,9 @@ std::uint64_t classic_bytes(int file, int format) {
     nc_type type = NC_BYTE;
     int rank = 0;
     if (nc_inq_var(file, i, name.data(), &type, &rank, along.data(), &attributes) != NC_NOERR) continue;
-    header += name_bytes(name.data()) + count + static_cast<std::uint64_t>(rank) * count +
-              bytes_of_attributes(i, attributes) + 4 + count + offset;
+    header += name_bytes(name.data()); // before the names of attributes take its place
+    header +=
+        count + static_cast<std::uint64_t>(rank) * count + bytes_of_attributes(i, attributes) + 4 + count + offset;
     double bytes = static_cast<double>(size_of_type(type));
     for (int d = 0; d < rank; ++d)
       if (along[static_cast<std::size_t>(d)] != unlimited)

@@ -59,7 +59,7 @@ public:
   [[nodiscard]] std::uint32_t alive_count() const {
     return complex_.vertex_count() - static_cast<std::uint32_t>(records_.size() + accepted_count_);
   }
-  /// And those of the mesh that are in no tet.
+  /// Once what was accepted is recorded; points in no tet do not count.
   [[nodiscard]] std::uint64_t vertices_left() const { return prepared_.used_vertex_count - records_.size(); }
   /// So many are to be left of the complex, by the options.
   [[nodiscard]] std::uint32_t target_count() const { return target_count_; }

@@ -85,7 +85,7 @@ BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
   counts.row_bytes = mesh.positions.row_bytes();
   file::Header header;
   header.position_type = mesh.positions.type;
-  header.has_squared_errors = true;
+  header.has_squared_errors = options.prediction == Prediction::kExact || options.evaluation == Evaluation::kExact;
   std::vector<file::DecimalDigits> digits{file::DecimalDigits(3)};
   const std::vector<std::uint32_t> by_default = governing_by_default(mesh.point_arrays);
   for (std::uint32_t i = 0; i < mesh.point_arrays.size(); ++i) {

@@ -89,6 +89,10 @@ class Reports(Case):
         said = self.ptet("build", "bent.vtu", "--force").stdout
         stated = re.search(r"field +f:.*error up to (\S+) ", self.ptet("info", "bent.ptet").stdout).group(1)
         self.assertIn(f"  error     f up to {stated} (", said)
+        fields["g"] = ("Float64", [1000 * z * z for x, y, z in points])
+        meshes.vtu(self.folder / "both.vtu", points, tets, fields)
+        both = self.json("build", "both.vtu", "--field", "g", "--field", "f")["stated"]["field_error"]
+        self.assertEqual(both, {field["name"]: field["max_error"] for field in self.json("info", "both.ptet")["fields"]})
         self.assertEqual("; at vertices outside of a mesh up to " in said,
                          built["field_error"]["f"] > built["stated"]["field_error"]["f"])
 

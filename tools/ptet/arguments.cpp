@@ -273,7 +273,8 @@ View parse_view(std::string_view option, std::string_view text, bool has_size) {
   if (*eye == *at) refuse(option, text, "the eye is where it looks at");
   view.eye = *eye;
   view.direction = {(*at)[0] - (*eye)[0], (*at)[1] - (*eye)[1], (*at)[2] - (*eye)[2]};
-  const bool along_z = view.direction[0] == 0 && view.direction[1] == 0;
+  constexpr double kAlong = 1e-6; // far from what is refused below
+  const bool along_z = std::hypot(view.direction[0], view.direction[1]) <= kAlong * norm(view.direction);
   view.up = up ? *up : along_z ? Point{0, 1, 0} : Point{0, 0, 1};
   constexpr double kParallel = 1e-9;
   if (!(norm(cross(view.direction, view.up)) > kParallel * norm(view.direction) * norm(view.up)))

@@ -22,10 +22,20 @@ double per(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-double range_of(const DatasetInfo& info, const std::string& field) {
-  const auto found = std::find_if(info.fields.begin(), info.fields.end(),
-                                  [&](const FieldInfo& candidate) { return candidate.name == field; });
-  return found == info.fields.end() ? 0 : found->range;
+/// What the file has of a governing field; its errors are in the order of the arrays, those of a report in the order in
+/// which the fields were named.
+struct StatedField {
+  double range = 0;
+  double error = 0; ///< the largest of the base mesh
+};
+StatedField stated(const DatasetInfo& info, const std::string& name) {
+  std::size_t column = 0;
+  for (const FieldInfo& field : info.fields) {
+    if (!field.governing) continue;
+    if (field.name == name) return {field.range, info.max_field_error[column]};
+    ++column;
+  }
+  return {};
 }
 
 void print_input(const BuildOutcome& outcome, std::ostream& out) {
@@ -98,13 +108,12 @@ void print_errors(const BuildOutcome& outcome, std::ostream& out) {
     return text.empty() ? text : " (" + text;
   };
   // Of the base mesh as the file states it, and where limits are on what lies outside of it, too.
-  for (std::size_t f = 0; f < build.field_error.size(); ++f) {
-    const auto& [field, everywhere] = build.field_error[f];
-    const double range = range_of(outcome.info, field), stated = outcome.info.max_field_error[f];
-    const std::string of_range = share(stated, range);
-    out << "  error     " << field << " up to " << brief_up(stated)
+  for (const auto& [field, everywhere] : build.field_error) {
+    const auto [range, error] = stated(outcome.info, field);
+    const std::string of_range = share(error, range);
+    out << "  error     " << field << " up to " << brief_up(error)
         << (of_range.empty() ? "" : of_range + " of its range)");
-    if (everywhere > stated)
+    if (everywhere > error)
       out << "; at vertices outside of a mesh up to " << brief_up(everywhere) << share(everywhere, range)
           << (of_range.empty() ? "" : ")");
     out << '\n';
@@ -154,10 +163,9 @@ void print_json(const BuildOutcome& outcome) {
     if (build.last_refusals[i] > 0) last_refusals[std::string(name_of(status))] = build.last_refusals[i];
   }
   Json field_error = Json::object(), stated_field_error = Json::object();
-  for (std::size_t f = 0; f < build.field_error.size(); ++f) {
-    const auto& [field, error] = build.field_error[f];
+  for (const auto& [field, error] : build.field_error) {
     field_error[field] = error;
-    stated_field_error[field] = outcome.info.max_field_error[f];
+    stated_field_error[field] = stated(outcome.info, field).error;
   }
   std::vector<std::string> notes = outcome.read.notes;
   notes.insert(notes.end(), build.notes.begin(), build.notes.end());

@@ -217,6 +217,7 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
     fields.push_back({name, other, a.components, range_of(original, a)});
   }
   if (!names.empty()) return fields;
+  const std::size_t notes_before = notes.size();
   const std::vector<PointArray>& arrays = original.mesh.point_arrays;
   const bool only_integers = std::none_of(arrays.begin(), arrays.end(), is_floating);
   for (const PointArray& a : arrays) {
@@ -229,7 +230,7 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
       notes.push_back("field '" + a.name + "' is left out: it " + why);
     }
   }
-  if (fields.empty() && notes.empty())
+  if (fields.empty() && notes.size() == notes_before)
     notes.emplace_back("the meshes have no " + std::string(only_integers ? "" : "floating-point ") +
                        "field in common: none is compared");
   return fields;
