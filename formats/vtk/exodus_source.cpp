@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -144,9 +145,78 @@ void note_parts(int file, const ex_init_params& sizes, const std::vector<std::in
   note_sets(sizes.num_side_sets, "side");
 }
 
-/// Asks for what VTK's reader will ask for: it goes on after a refusal, with tables that it has not filled. Returns the
-/// ids of the element blocks, in the order of the file.
-std::vector<std::int64_t> check_exodus(const Source& source, const Assembler& assembler) {
+struct ElementBlock {
+  std::int64_t id;
+  std::string type;   ///< "TETRA", "HEX20", ...
+  std::int64_t nodes; ///< of an element, but for polygons and polyhedra
+};
+
+/// The nodes that VTK's reader takes for an element of a kind when it does not know their number; 0 for other kinds.
+std::int64_t least_nodes(const std::string& type) {
+  static const std::map<std::string, std::int64_t> kLeast = {{"BAR", 2}, {"TRU", 2}, {"BEA", 2}, {"EDG", 2},
+                                                             {"TRI", 3}, {"QUA", 4}, {"TET", 4}, {"PYR", 5},
+                                                             {"WED", 6}, {"HEX", 8}};
+  std::string kind = type.substr(0, 3);
+  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return std::toupper(c); });
+  const auto found = kLeast.find(kind);
+  return found != kLeast.end() ? found->second : 0;
+}
+
+[[noreturn]] void fail_at_nodes(const ElementBlock& block, const Assembler& assembler) {
+  assembler.fail("block " + std::to_string(block.id) + " holds elements '" + block.type + "' of " +
+                 std::to_string(block.nodes) +
+                 " nodes, which VTK's reader does not know: write them as TETRA4, TETRA10, HEX8, HEX20, HEX27, WEDGE6, "
+                 "WEDGE15, PYRAMID5 or PYRAMID13");
+}
+
+/// Reads the values of the last step, which VTK's reader leaves as it finds them in memory where that fails. Returns
+/// how many variables there are.
+int check_variables(int file, std::int64_t nodes, const Assembler& assembler) {
+  int variables = 0;
+  if (ex_get_variable_param(file, EX_NODAL, &variables) != EX_NOERR)
+    assembler.fail("is damaged: it does not say how many nodal variables it has");
+  const int step = static_cast<int>(ex_inquire_int(file, EX_INQ_TIME));
+  std::vector<double> values(variables > 0 && step > 0 ? static_cast<std::size_t>(nodes) : 0);
+  for (int i = 1; i <= variables; ++i) {
+    std::array<char, NC_MAX_NAME + 1> name{};
+    if (ex_get_variable_name(file, EX_NODAL, i, name.data()) != EX_NOERR)
+      assembler.fail("is damaged: its nodal variable " + std::to_string(i) + " has no name");
+    if (step > 0 && ex_get_var(file, step, EX_NODAL, i, 1, nodes, values.data()) != EX_NOERR)
+      assembler.fail("the values of its nodal variable '" + std::string(name.data()) +
+                     "' cannot be read: the file is damaged, or its writer left out what Exodus asks for (files of "
+                     "meshio 5.0 lack the attribute 'file_size')");
+  }
+  int of_elements = 0;
+  if (ex_get_variable_param(file, EX_ELEM_BLOCK, &of_elements) != EX_NOERR) of_elements = 0;
+  for (int i = 1; i <= of_elements; ++i) {
+    std::array<char, NC_MAX_NAME + 1> name{};
+    if (ex_get_variable_name(file, EX_ELEM_BLOCK, i, name.data()) != EX_NOERR)
+      assembler.fail("is damaged: its element variable " + std::to_string(i) + " has no name");
+  }
+  return variables;
+}
+
+/// VTK's reader makes one array of scalars whose names differ in the last letter only, as ux, uy and uz.
+void note_joined(vtkExodusIIReader& reader, int variables, ReadReport& report) {
+  const int arrays = reader.GetNumberOfPointResultArrays();
+  if (arrays >= variables) return;
+  std::string names;
+  for (int i = 0; i < arrays; ++i)
+    if (reader.GetNumberOfObjectArrayComponents(vtkExodusIIReader::NODAL, i) > 1)
+      names += (names.empty() ? "'" : ", '") + std::string(reader.GetPointResultArrayName(i)) + "'";
+  report.notes.push_back(grouped(static_cast<std::uint64_t>(variables)) + " nodal variables are read as " +
+                         grouped(static_cast<std::uint64_t>(arrays)) +
+                         " arrays: those of one name but for its end are " + "components of one vector (" + names +
+                         ")");
+}
+
+struct Contents {
+  std::vector<ElementBlock> blocks; ///< in the order of the file
+  int nodal_variables = 0;
+};
+
+/// Asks for what VTK's reader will ask for: it goes on after a refusal, with tables that it has not filled.
+Contents check_exodus(const Source& source, const Assembler& assembler) {
   int word_bytes = sizeof(double);
   int file_word_bytes = 0;
   float version = 0;
@@ -162,6 +232,7 @@ std::vector<std::int64_t> check_exodus(const Source& source, const Assembler& as
   std::vector<std::int64_t> ids(static_cast<std::size_t>(sizes.num_elem_blk));
   if (ex_get_ids(file, EX_ELEM_BLOCK, ids.data()) < 0) assembler.fail("is damaged: its blocks have no ids");
   std::int64_t cells = 0;
+  Contents contents;
   for (const std::int64_t id : ids) {
     ex_block block{};
     block.id = id;
@@ -169,19 +240,31 @@ std::vector<std::int64_t> check_exodus(const Source& source, const Assembler& as
     if (ex_get_block_param(file, &block) < 0 || block.num_entry < 0)
       assembler.fail("is damaged: block " + std::to_string(id) + " cannot be read");
     cells += block.num_entry;
+    contents.blocks.push_back({id, block.topology, block.num_nodes_per_entry});
+    if (block.num_entry > 0 && block.num_nodes_per_entry < least_nodes(block.topology))
+      fail_at_nodes(contents.blocks.back(), assembler);
   }
   if (std::set<std::int64_t>(ids.begin(), ids.end()).size() != ids.size())
     assembler.fail("is damaged: two blocks have one id");
   if (cells != sizes.num_elem) assembler.fail("is damaged: its blocks do not hold as many cells as it says");
+  contents.nodal_variables = check_variables(file, sizes.num_nodes, assembler);
   note_parts(file, sizes, ids, source.report);
-  return ids;
+  if (file_word_bytes == sizeof(float))
+    source.report.notes.emplace_back("its numbers are float32, and are read as float64 of the same values");
+  if (ex_inquire_int(file, EX_INQ_TIME) > 0) {
+    int globals = 0;
+    if (ex_get_variable_param(file, EX_GLOBAL, &globals) == EX_NOERR && globals > 0)
+      source.report.notes.push_back(grouped(static_cast<std::uint64_t>(globals)) +
+                                    (globals == 1 ? " global variable is" : " global variables are") + " not carried");
+  }
+  return contents;
 }
 
 } // namespace
 
 void read_exodus(const Source& source, Assembler& assembler) {
   check_netcdf(source, assembler);
-  const std::vector<std::int64_t> ids = check_exodus(source, assembler);
+  const Contents contents = check_exodus(source, assembler);
   vtkNew<vtkExodusIIReader> reader;
   reader->SetFileName(source.path.c_str());
   reader->UpdateInformation();
@@ -192,11 +275,16 @@ void read_exodus(const Source& source, Assembler& assembler) {
   reader->SetSqueezePoints(false);
   reader->SetGenerateObjectIdCellArray(false);
   reader->SetAllArrayStatus(vtkExodusIIReader::ELEM_BLOCK, 1);
-  reader->SetAllArrayStatus(vtkExodusIIReader::NODAL, 1);
   for (int i = 0; i < reader->GetNumberOfElementResultArrays(); ++i)
     source.report.notes.push_back(std::string("cell array '") + reader->GetElementResultArrayName(i) +
                                   "' is not carried");
   const int steps = reader->GetNumberOfTimeSteps();
+  if (steps > 0) {
+    reader->SetAllArrayStatus(vtkExodusIIReader::NODAL, 1);
+    note_joined(*reader, contents.nodal_variables, source.report);
+  } else if (contents.nodal_variables > 0) {
+    source.report.notes.emplace_back("nodal variables have no values: the file has no time steps");
+  }
   if (steps > 1) note_time(*reader, steps, source.report);
   if (steps > 0) reader->SetTimeStep(steps - 1);
 
@@ -212,10 +300,14 @@ void read_exodus(const Source& source, Assembler& assembler) {
     by_id[reader->GetObjectId(vtkExodusIIReader::ELEM_BLOCK, static_cast<int>(i))] =
         vtkUnstructuredGrid::SafeDownCast(blocks->GetBlock(i));
   vtkIdType points = -1;
-  for (const std::int64_t id : ids) {
-    const auto found = by_id.find(id);
+  for (const ElementBlock& block : contents.blocks) {
+    const auto found = by_id.find(block.id);
     vtkUnstructuredGrid* const grid = found != by_id.end() ? found->second : nullptr;
     if (!grid) continue;
+    constexpr std::int64_t kLeastOfSolids = 4;
+    if (grid->GetNumberOfCells() > 0 && least_nodes(block.type) >= kLeastOfSolids &&
+        grid->GetCells()->GetCellSize(0) != block.nodes)
+      fail_at_nodes(block, assembler);
     if (points < 0) {
       points = grid->GetNumberOfPoints();
       assembler.add_points(*grid);

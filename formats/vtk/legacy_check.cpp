@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <set>
 
 #include <vtkCellType.h>
 
@@ -50,14 +51,18 @@ public:
         skip_metadata();
       } else if (keyword == "point_data") {
         begin_attributes(points_, "points");
+        of_points_ = true;
       } else if (keyword == "cell_data") {
         begin_attributes(cells_, "cells");
+        of_points_ = false;
       } else if (!rows_ || !skip_attribute(keyword)) {
         fail("unknown keyword " + quoted(keyword));
       }
     }
     if (cells_ != cell_types_) fail("has " + grouped(cells_) + " cells and " + grouped(cell_types_) + " cell types");
   }
+  /// Names that several arrays at the points have: VTK's reader keeps the last of them, and says nothing.
+  [[nodiscard]] const std::set<std::string>& lost() const { return lost_; }
   /// Whether the last number may go on where the file ends: a text that was cut short is whole but for that.
   [[nodiscard]] bool may_lack_digits() {
     if (binary_ || bytes_ == 0) return false;
@@ -76,16 +81,21 @@ private:
     return '\'' + shown + '\'';
   }
 
-  /// The next word in lower case; empty at the end of the file. VTK's own words are at most 255 long.
-  std::string word() {
+  /// The next word; empty at the end of the file. VTK's own words are at most 255 long.
+  std::string plain_word() {
     std::string text;
     stream_ >> std::ws;
     for (int c = stream_.peek(); c != std::ifstream::traits_type::eof() && !std::isspace(c); c = stream_.peek()) {
       if (text.size() == 255) fail("a word is too long to be one of a VTK file");
-      text += static_cast<char>(std::tolower(stream_.get()));
+      text += static_cast<char>(stream_.get());
     }
     return text;
   }
+  static std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text;
+  }
+  std::string word() { return lower(plain_word()); }
 
   std::uint64_t count() { return count(word()); }
   std::uint64_t count(const std::string& text) {
@@ -246,16 +256,21 @@ private:
     rows_ = rows;
   }
 
+  void read_name() { add_name(plain_word()); }
+  void add_name(const std::string& name) {
+    if (of_points_ && !names_.insert(name).second) lost_.insert(name);
+  }
+
   /// Of the points or the cells, whichever were begun last. Returns whether there is such an attribute.
   bool skip_attribute(const std::string& keyword) {
     static const std::map<std::string, std::uint64_t> kComponents = {
         {"vectors", 3},    {"normals", 3},      {"tensors", 9},   {"tensors6", 6},
         {"global_ids", 1}, {"pedigree_ids", 1}, {"edge_flags", 1}};
     if (const auto found = kComponents.find(keyword); found != kComponents.end()) {
-      word(); // its name
+      read_name();
       skip_values(multiplied(*rows_, found->second), word());
     } else if (keyword == "scalars") {
-      word();
+      read_name();
       const std::string type = word();
       std::string next = word();
       std::uint64_t components = 1;
@@ -267,10 +282,10 @@ private:
       word();
       skip_values(multiplied(*rows_, components), type);
     } else if (keyword == "color_scalars") {
-      word();
+      read_name();
       skip_values(multiplied(*rows_, count()), binary_ ? "unsigned_char" : "float");
     } else if (keyword == "texture_coordinates") {
-      word();
+      read_name();
       const std::uint64_t components = count();
       skip_values(multiplied(*rows_, components), word());
     } else if (keyword == "lookup_table") {
@@ -286,12 +301,13 @@ private:
     word();
     const std::uint64_t arrays = count();
     for (std::uint64_t i = 0; i < arrays; ++i) {
-      std::string name = word();
-      if (i > 0 && name == "metadata") { // of the array before
+      std::string name = plain_word();
+      if (i > 0 && lower(name) == "metadata") { // of the array before
         skip_metadata();
-        name = word();
+        name = plain_word();
       }
-      if (name == "null_array") continue;
+      if (lower(name) == "null_array") continue;
+      add_name(name);
       const std::uint64_t components = count();
       const std::uint64_t rows = count();
       skip_values(multiplied(components, rows), word());
@@ -314,6 +330,8 @@ private:
   std::uint64_t cells_ = 0;
   std::uint64_t cell_types_ = 0;
   std::optional<std::uint64_t> rows_; ///< of the attributes that follow
+  bool of_points_ = false;            ///< they are
+  std::set<std::string> names_, lost_;
 };
 
 } // namespace
@@ -321,6 +339,8 @@ private:
 void check_legacy(const Source& source) {
   LegacyWalk walk(source.path);
   walk.check();
+  for (const std::string& name : walk.lost())
+    source.report.notes.push_back("several point arrays are called '" + name + "': only the last of them is read");
   if (walk.may_lack_digits())
     source.report.notes.emplace_back(
         "the last line has no end: if the file was cut short, its last number lacks digits");

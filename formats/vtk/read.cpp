@@ -12,6 +12,7 @@
 #include <iterator>
 #include <memory>
 #include <new>
+#include <regex>
 
 #include <sys/stat.h>
 #include <xxhash.h>
@@ -47,15 +48,21 @@ std::string read_head(const std::string& path) {
   return head;
 }
 
+std::string without_comments(std::string xml) {
+  for (std::size_t from = xml.find("<!--"); from != std::string::npos; from = xml.find("<!--", from)) {
+    const std::size_t end = xml.find("-->", from + 4);
+    xml.erase(from, end == std::string::npos ? end : end + 3 - from);
+  }
+  return xml;
+}
+
 /// The attribute `type` of the element VTKFile.
 std::string xml_dataset_type(const std::string& head) {
-  const std::size_t element = head.find("<VTKFile");
-  const std::size_t name = head.find("type=", element);
-  if (element == std::string::npos || name == std::string::npos || name + 5 >= head.size()) return {};
-  if (name > head.find('>', element)) return {};
-  const char quote = head[name + 5];
-  const std::size_t end = head.find(quote, name + 6);
-  return end == std::string::npos ? std::string{} : head.substr(name + 6, end - name - 6);
+  static const std::regex kType(R"re(<VTKFile(?:\s[^<>]*)?\stype\s*=\s*(?:"([^"<>]*)"|'([^'<>]*)'))re");
+  std::smatch found;
+  const std::string start = head.substr(head.find("<VTKFile"), 4096); // std::regex takes stack for every character
+  if (!std::regex_search(start, found, kType)) return {};
+  return found[1].matched ? found[1] : found[2];
 }
 
 void read_any(const Source& source, Assembler& assembler) {
@@ -67,8 +74,8 @@ void read_any(const Source& source, Assembler& assembler) {
   } else if (head.starts_with("CDF") || head.starts_with("\x89HDF")) {
     source.report.format = "Exodus";
     read_exodus(source, assembler);
-  } else if (head.find("<VTKFile") != std::string::npos) {
-    const std::string type = xml_dataset_type(head);
+  } else if (const std::string xml = without_comments(head); xml.find("<VTKFile") != std::string::npos) {
+    const std::string type = xml_dataset_type(xml);
     if (type != "UnstructuredGrid" && type != "PUnstructuredGrid")
       assembler.fail("holds a " + (type.empty() ? "dataset of unknown type" : type) +
                      ": ptet needs an UnstructuredGrid or PUnstructuredGrid");

@@ -93,8 +93,8 @@ std::string escaped(const std::string& path, const std::string& name) {
     const char c = name[i];
     const bool is_control = static_cast<unsigned char>(c) < 0x20;
     if (length == 0 || (is_control && c != '\t' && c != '\n' && c != '\r'))
-      throw Error(ErrorCode::kBadInput,
-                  "cannot write " + path + ": the name of array '" + name + "' is not text in UTF-8");
+      throw Error(ErrorCode::kBadInput, "cannot write " + path + ": the name of array '" + name +
+                                            "' is not text in UTF-8, which a VTU has; a .vtk file may have it");
     if (is_control || c == '<' || c == '>' || c == '&' || c == '"' || c == '\'')
       text += "&#" + std::to_string(static_cast<int>(c)) + ";";
     else

@@ -29,8 +29,9 @@ bool is_true_size(double bytes, std::uint64_t file_bytes) {
   return bytes <= static_cast<double>(kMaxCompression) * static_cast<double>(file_bytes);
 }
 
-/// A stream of VTK's that looks at the header of compressed data before VTK's parser does: the parser divides by the
-/// block size and indexes by the block count as they stand in the file.
+/// A stream of VTK's that gives all that is asked for or nothing: the parser takes a part of an array for the whole,
+/// and leaves the rest as it finds it in memory. Of compressed data it looks at the header before the parser does,
+/// which divides by the block size and indexes by the block count as they stand in the file.
 template <class Base>
 class GuardedStream : public Base {
 public:
@@ -48,11 +49,11 @@ public:
 
   std::size_t Read(void* to, std::size_t length) override {
     const std::size_t got = Base::Read(to, length);
+    if (got < length) return 0;
     const bool is_head = in_header_ && at_start_;
     at_start_ = false;
-    if (!in_header_) return got;
+    if (!compressed_ || !in_header_) return got;
     if (!is_head) return are_block_sizes(static_cast<const unsigned char*>(to), got) ? got : 0;
-    if (got != 3 * word_bytes_) return got;
     const auto* data = static_cast<const unsigned char*>(to);
     const std::uint64_t blocks = word(data);
     const std::uint64_t block_bytes = word(data + word_bytes_);
@@ -63,7 +64,8 @@ public:
     return sound ? got : 0;
   }
 
-  void guard(std::size_t word_bytes, bool big_endian, std::uint64_t file_bytes) {
+  void guard(bool compressed, std::size_t word_bytes, bool big_endian, std::uint64_t file_bytes) {
+    compressed_ = compressed;
     word_bytes_ = word_bytes;
     big_endian_ = big_endian;
     file_bytes_ = file_bytes;
@@ -84,6 +86,7 @@ private:
     return value;
   }
 
+  bool compressed_ = false;
   bool in_header_ = true;
   bool at_start_ = false;
   std::size_t word_bytes_ = 4;
@@ -98,7 +101,7 @@ public:
 
   int Parse() override {
     const int result = Superclass::Parse();
-    if (!result || !RootElement || !RootElement->GetAttribute("compressor")) return result;
+    if (!result || !RootElement) return result;
     guard<vtkBase64InputStream>(InlineDataStream);
     if (vtkBase64InputStream::SafeDownCast(AppendedDataStream))
       guard<vtkBase64InputStream>(AppendedDataStream);
@@ -113,7 +116,8 @@ private:
   template <class Base>
   void guard(vtkInputStream*& stream) {
     auto* guarded = GuardedStream<Base>::New();
-    guarded->guard(HeaderType == 64 ? 8 : 4, ByteOrder == BigEndian, file_bytes);
+    guarded->guard(RootElement->GetAttribute("compressor") != nullptr, HeaderType == 64 ? 8 : 4, ByteOrder == BigEndian,
+                   file_bytes);
     stream->Delete();
     stream = guarded;
   }
@@ -174,6 +178,11 @@ protected:
 
   using vtkXMLUnstructuredGridReader::ReadPiece;
   int ReadPiece(vtkXMLDataElement* piece) override {
+    for (const char* part : {"Points", "Cells", "PointData"}) {
+      if (count_of(*piece, part) <= 1) continue;
+      vtkErrorMacro("piece " << Piece << " has more than one " << part << " element.");
+      return 0;
+    }
     for (int i = 0; i < piece->GetNumberOfNestedElements(); ++i)
       if (!keep_last_step(*piece->GetNestedElement(i))) return 0;
     if (!Superclass::ReadPiece(piece)) return 0;
@@ -234,7 +243,12 @@ protected:
                               << " values, more than the file can hold.");
       return 0;
     }
-    return Superclass::ReadArrayValues(element, array_index, array, start, values, type);
+    if (Superclass::ReadArrayValues(element, array_index, array, start, values, type)) return 1;
+    if (attribute(*element, "format") == "ascii") return 0;
+    vtkErrorMacro("array '" << attribute(*element, "Name")
+                            << "' does not hold the values that it announces: its data is cut short or damaged, or its "
+                               "base64 text has line ends or spaces, which VTK does not read.");
+    return 0;
   }
 
 private:

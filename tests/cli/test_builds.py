@@ -401,11 +401,16 @@ class Measure(Case):
         self.assertAlmostEqual(fields["q error"]["max"], 1 / 16, delta=1e-12)
         self.assertEqual(fields["q error"]["min"], 0)
         self.assertIn("flow error", fields)
+        # What the mesh has by such a name stays.
+        self.ptet("measure", "errors.vtu", "coarse.vtu", "--field", "q", "--errors", "again.vtu")
+        again = {field["name"]: field for field in self.json("info", "again.vtu")["fields"]}
+        self.assertEqual(again["q error"], fields["q error"])
+        self.assertEqual(again["q error 2"]["max"], fields["q error"]["max"])
         self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "errors.vtk", says=".vtu")
         self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "fine.vtu", says="fine.vtu")
         self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "coarse.vtu", says="coarse.vtu")
         self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "e.vtu", "--samples", 9, says="--errors")
-        self.assertEqual(self.files(), ["coarse.vtu", "errors.vtu", "fine.vtu"])
+        self.assertEqual(self.files(), ["again.vtu", "coarse.vtu", "errors.vtu", "fine.vtu"])
 
     def test_integers_beyond_what_a_double_holds_are_compared_as_integers(self):
         points, tets = meshes.grid(3)

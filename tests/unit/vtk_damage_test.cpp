@@ -127,6 +127,33 @@ TEST_CASE("a second grid in a file is not passed over", "[vtk]") {
       Catch::Contains("more than one PUnstructuredGrid element"));
 }
 
+TEST_CASE("base64 text that ends early or has other characters in it is bad input", "[vtk]") {
+  const auto with = [](const std::string& values) {
+    VtuText text;
+    text.point_data = R"(<DataArray type="Float32" Name="f" format="binary">)" + values + "</DataArray>";
+    return text.file();
+  };
+  const std::string whole = "EAAAAAAAAAAAAIA/AAAAQAAAQEAAAIBA"; // 16 bytes: 1 2 3 4
+  REQUIRE(read_text(with(whole)).find("f")->value(3, 0) == 4);
+  for (const std::string& broken : {whole.substr(0, 20), whole.substr(0, 16) + "\n" + whole.substr(16),
+                                    whole.substr(0, 17) + "*" + whole.substr(18)})
+    CHECK_THAT(failure_of_text(with(broken)).message,
+               Catch::Contains("array 'f' does not hold the values that it announces"));
+}
+
+TEST_CASE("a second part of a piece is not passed over", "[vtk]") {
+  VtuText text;
+  text.point_data = array_text("Name=\"f\"", "1 2 3 4");
+  const std::string whole = text.file();
+  const auto part = GENERATE(as<std::string>{}, "Points", "Cells", "PointData");
+  const std::string end = "</" + part + ">";
+  const std::size_t from = whole.find("<" + part + ">"), to = whole.find(end) + end.size();
+  REQUIRE(from < to);
+  std::string twice = whole;
+  twice.insert(to, whole.substr(from, to - from));
+  CHECK_THAT(failure_of_text(twice).message, Catch::Contains("more than one " + part + " element"));
+}
+
 TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n9 0 1 2 3", "CELL_TYPES 1\n10"), "m.vtk").message,
              Catch::Contains("cell 0 does not fit"));
@@ -234,6 +261,16 @@ TEST_CASE("an Exodus file that is damaged is bad input", "[vtk]") {
   CHECK(failure_with("num_nodes", "num_modes").code == ErrorCode::kBadInput);
   CHECK(failure_with("num_el_blk", "num_el_bkl").code == ErrorCode::kBadInput);
   CHECK(failure_with("connect2", "connect3").code == ErrorCode::kBadInput);
+  // VTK's reader would leave the values and names as it finds them in memory.
+  CHECK_THAT(failure_with("vals_nod_var1", "vals_nod_vax1").message, Catch::Contains("cannot be read"));
+  CHECK_THAT(failure_with("name_nod_var", "name_nod_vax").message, Catch::Contains("has no name"));
+  // It would take the nodes of one element for those of others.
+  CHECK_THAT(failure_with("TETRA", "HEXEL").message, Catch::Contains("holds elements 'HEXEL' of 4 nodes"));
+  const std::string four("num_nod_per_el1\0\0\0\0\4", 20);
+  CHECK_THAT(failure_with(four, std::string("num_nod_per_el1\0\0\0\0\3", 20)).message,
+             Catch::Contains("holds elements 'TETRA' of 3 nodes"));
+  CHECK_THAT(failure_of(fixture("tets_of_five_nodes.ex2")).message,
+             Catch::Contains("holds elements 'TETRA' of 5 nodes"));
   const std::string eight("num_nodes\0\0\0\0\0\0\x08", 16);
   CHECK_THAT(failure_with(eight, std::string("num_nodes\0\0\0\x7F\0\0\x08", 16)).message,
              Catch::Contains("is damaged"));

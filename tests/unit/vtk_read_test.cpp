@@ -311,6 +311,18 @@ TEST_CASE("cells of lower dimension are skipped beside volume cells", "[vtk]") {
   CHECK(report.notes == std::vector<std::string>{"skipped 1 vertex, 1 line and 2 triangles"});
 }
 
+TEST_CASE("what kind of data a VTK file holds is read as XML has it", "[vtk]") {
+  std::string file = VtuText().file();
+  const std::string type = R"( type="UnstructuredGrid")";
+  const std::size_t at = file.find(type);
+  REQUIRE(at != std::string::npos);
+  const auto other =
+      GENERATE(as<std::string>{}, "\n  type = 'UnstructuredGrid'", " header='' type\t=\"UnstructuredGrid\"");
+  file.replace(at, type.size(), other);
+  CHECK(read_text(file).tets.size() == 1);
+  CHECK(read_text(R"(<?xml version="1.0"?><!-- <VTKFile type="PolyData"> -->)" + file).tets.size() == 1);
+}
+
 TEST_CASE("what is not a tetrahedral mesh is refused by name", "[vtk]") {
   VtuText text;
   SECTION("triangles only") {
@@ -382,6 +394,37 @@ TEST_CASE("all attributes of a legacy file are read, not the first of each kind"
   CHECK(mesh.find("b")->components == 2);
   REQUIRE(mesh.find("e"));
   CHECK(mesh.find("e")->value(3, 0) == 6);
+}
+
+TEST_CASE("of arrays of one name in a legacy file the last is read, and that is said", "[vtk]") {
+  const TempFolder folder;
+  write_bytes(folder / "m.vtk", legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 1\n10",
+                                            "POINT_DATA 4\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4\n"
+                                            "SCALARS A float\nLOOKUP_TABLE default\n1 2 3 4\n"
+                                            "FIELD more 1\na 1 4 float\n9 8 7 6\n"
+                                            "CELL_DATA 1\nSCALARS A float\nLOOKUP_TABLE default\n1\n"));
+  ReadReport report;
+  const TetMesh mesh = read_mesh(folder / "m.vtk", &report);
+  CHECK(mesh.point_arrays.size() == 2);
+  REQUIRE(mesh.find("a"));
+  CHECK(mesh.find("a")->value(0, 0) == 9);
+  const std::string about = "several point arrays are called ";
+  CHECK(std::count(report.notes.begin(), report.notes.end(), about + "'a': only the last of them is read") == 1);
+  CHECK(std::none_of(report.notes.begin(), report.notes.end(),
+                     [&](const std::string& note) { return note.starts_with(about + "'A'"); }));
+}
+
+TEST_CASE("an Exodus file without time steps has no values", "[vtk]") {
+  std::string bytes = read_bytes(fixture("two_blocks.ex2"));
+  bytes.replace(4, 4, std::string(4, '\0')); // the steps, in the classic format
+  const TempFolder folder;
+  write_bytes(folder / "mesh.ex2", bytes);
+  ReadReport report;
+  const TetMesh mesh = read_mesh(folder / "mesh.ex2", &report);
+  CHECK(mesh.tets == read_mesh(fixture("two_blocks.ex2")).tets);
+  CHECK(mesh.point_arrays.empty());
+  CHECK(std::count(report.notes.begin(), report.notes.end(),
+                   "nodal variables have no values: the file has no time steps") == 1);
 }
 
 TEST_CASE("the blocks of an Exodus file come in its order, whatever their ids", "[vtk]") {

@@ -325,11 +325,12 @@ void write_errors(const std::string& path, const MeasureOutcome& outcome, const 
     return values;
   };
   for (std::size_t f = 0; f < fields; ++f) {
-    const std::string name = outcome.fields[f].name + " error";
+    std::string name = outcome.fields[f].name + " error";
+    for (int n = 2; mesh.find(name) != nullptr; ++n)
+      name = outcome.fields[f].name + " error " + std::to_string(n);
     const std::vector<double> at_vertices = column(outcome.vertices.max, f);
     PointArray array{name, ScalarType::kFloat64, 1, std::vector<std::byte>(at_vertices.size() * sizeof(double))};
     if (!at_vertices.empty()) std::memcpy(array.bytes.data(), at_vertices.data(), array.bytes.size());
-    std::erase_if(mesh.point_arrays, [&](const PointArray& other) { return other.name == name; });
     mesh.point_arrays.push_back(std::move(array));
     options.cell_arrays.push_back({name, column(outcome.inside.cell_max, f)});
   }
