@@ -147,6 +147,7 @@ struct BoundarySurface::Impl {
       ++shell_size[shell_of(first_ghost + f)];
     }
   }
+  /// 0 of every face where there is but one shell.
   [[nodiscard]] std::uint32_t shell_of(SlotId ghost) const { return shell.empty() ? 0 : shell[ghost - first_ghost]; }
   [[nodiscard]] SelfCrossings::Set curves_of(SlotId ghost) const { return curves[ghost - first_ghost]; }
   /// What a collapse makes is of all curves of what it consumed.
@@ -461,7 +462,7 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
   };
   w.hits_.clear();
   m.index.query(all, w.hits_);
-  // What of the own shell goes on beyond what is swept would cross the new faces.
+  // A shell is closed: what of the own one goes on beyond what is swept would cross the new faces.
   std::uint32_t own = 0;
   for (const SlotId s : w.hits_)
     if (m.shell_of(s) == shell && all.contains(m.index.box(s)) &&

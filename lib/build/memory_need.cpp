@@ -75,7 +75,8 @@ std::string bytes_text(std::uint64_t needed) {
 }
 
 std::string limit_text(std::uint64_t limit) {
-  return text_in_units(limit, 0);
+  constexpr std::uint64_t kMega = 1000000;
+  return limit < kMega ? std::to_string(limit) + " bytes" : text_in_units(limit, 0);
 }
 
 BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {

@@ -51,12 +51,16 @@ FieldSummary summarise(const PointArray& array, const Examination& found) {
       if (!found.links.used[v]) continue;
       const std::byte* row = array.bytes.data() + v * array.row_bytes();
       double value = static_cast<double>(load<T>(row));
+      bool finite = std::isfinite(value);
       if (array.components > 1) {
-        value = 0;
-        for (std::size_t i = 0; i < array.components; ++i)
-          value = std::hypot(value, static_cast<double>(load<T>(row + i * sizeof(T))));
+        value = std::abs(value);
+        for (std::size_t i = 1; i < array.components; ++i) {
+          const auto component = static_cast<double>(load<T>(row + i * sizeof(T)));
+          finite = finite && std::isfinite(component);
+          value = std::hypot(value, component); // may pass a double where no component does
+        }
       }
-      if (!std::isfinite(value)) {
+      if (!finite) {
         ++summary.not_finite;
         continue;
       }

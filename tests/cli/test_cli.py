@@ -181,6 +181,11 @@ LOOKUP_TABLE default
         self.assertNotIn("\x1b", said)
         self.refused(2, "build", "bell.vtk", "--field", "b", says="'a?[31mb'")
         self.assertEqual(self.json("info", "bell.vtk")["fields"][0]["name"], "a\x1b[31mb")
+        text = (self.folder / "bell.vtk").read_text().replace("%1B[31m", "%7F%C2%9B%C2%A9")
+        (self.folder / "late.vtk").write_text(text)
+        self.assertIn("  field     a??\u00a9b: float32", self.ptet("info", "late.vtk").stdout)
+        self.assertIn('"name": "a\\u007f\\u009b\u00a9b"', self.ptet("info", "late.vtk", "--json").stdout)
+        self.assertEqual(self.json("info", "late.vtk")["fields"][0]["name"], "a\x7f\u009b\u00a9b")
         self.assertNotIn("note", said)
         # Of 3.25 something else would be left.
         text = (self.folder / "bell.vtk").read_text()

@@ -291,6 +291,19 @@ TEST_CASE("values that range over more than can be measured, at vertices of tets
   CHECK_FALSE(report.fields[2].can_govern);
 }
 
+TEST_CASE("a vector that is finite is counted so, whatever its length", "[validate]") {
+  TetMesh mesh = test::two_tets_sharing_a_face();
+  const std::vector<double> values(3 * mesh.vertex_count(), 1.5e308);
+  PointArray array{"long", ScalarType::kFloat64, 3, std::vector<std::byte>(values.size() * sizeof(double))};
+  std::memcpy(array.bytes.data(), values.data(), array.bytes.size());
+  mesh.point_arrays = {array};
+  CHECK(validate(mesh).fields[0].not_finite == 0);
+  CHECK(validate(mesh).fields[0].can_govern);
+  std::memcpy(mesh.point_arrays.back().bytes.data() + 2 * sizeof kNaN, &kNaN, sizeof kNaN);
+  CHECK(validate(mesh).fields[0].not_finite == 1);
+  CHECK_FALSE(validate(mesh).fields[0].can_govern);
+}
+
 TEST_CASE("arrays of the wrong size", "[validate]") {
   TetMesh mesh = test::single_tet();
   mesh.point_arrays.push_back({"short", ScalarType::kFloat32, 1, std::vector<std::byte>(15)});

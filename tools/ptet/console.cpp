@@ -203,7 +203,7 @@ std::string to_text(const Point& point) {
 }
 
 void print(const Json& json) {
-  std::cout << json.dump(2, ' ', false, nlohmann::detail::error_handler_t::replace) << '\n';
+  std::cout << escaped_json(json.dump(2, ' ', false, nlohmann::detail::error_handler_t::replace)) << '\n';
 }
 
 } // namespace ptet::cli
