@@ -92,7 +92,7 @@ def main():
     environment = {**os.environ, "PTET_DATA": "/nonexistent", "CCACHE_BASEDIR": str(source), "CCACHE_NOHASHDIR": "1"}
     launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
     subprocess.run(["cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                    "-DPTET_BUILD_TOOLS=OFF", "-DPTET_BUILD_EXAMPLES=OFF", "-DPTET_PYTHON=OFF",
+                    "-DPTET_BUILD_TOOLS=ON", "-DPTET_BUILD_EXAMPLES=OFF", "-DPTET_PYTHON=OFF",
                     "-DCMAKE_UNITY_BUILD=OFF", *launcher],
                    check=True, stdout=subprocess.DEVNULL)
     without = found_by(build, arguments.programs, environment, arguments.jobs)
