@@ -10,28 +10,14 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
-#include <filesystem>
 #include <span>
 #include <string>
-#include <system_error>
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 namespace ptet {
-
-/// Whether two names are of one file, also of one that is not there yet.
-[[nodiscard]] inline bool is_same_file(const std::string& a, const std::string& b) {
-  namespace fs = std::filesystem;
-  std::error_code status;
-  if (fs::equivalent(a, b, status)) return true;
-  status.clear();
-  const fs::path whole_a = fs::weakly_canonical(fs::absolute(a, status), status);
-  if (status) return false; // in a folder that is gone
-  const fs::path whole_b = fs::weakly_canonical(fs::absolute(b, status), status);
-  return !status && whole_a == whole_b;
-}
 
 class WholeFile {
 public:

@@ -1,5 +1,6 @@
 #include "formats/surface/write.hpp"
 
+#include "formats/file_names.hpp"
 #include "formats/surface/formats.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/disjoint_sets.hpp"
@@ -8,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <tuple>
@@ -234,7 +234,7 @@ void write_stl(const WholeFile& file, const TetMesh& mesh, Connected& connected)
 } // namespace
 
 SurfaceLoss write_surface(const std::string& path, const TetMesh& mesh, Faces faces) {
-  const std::string ending = std::filesystem::path(path).extension().string();
+  const std::string ending = ending_of(path);
   if (ending != ".obj" && ending != ".ply" && ending != ".stl" && ending != ".off")
     throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a surface is written as .obj, .ply, .stl or .off");
   const bool is_stl = ending == ".stl";

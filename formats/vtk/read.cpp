@@ -65,10 +65,21 @@ std::string xml_dataset_type(const std::string& head) {
   return found[1].matched ? found[1] : found[2];
 }
 
+/// What a file is that may well hold a mesh, but not as it stands; empty where nothing is known of it.
+std::string what_to_do(const std::string& head) {
+  if (head.starts_with("\x1F\x8B")) return "is compressed with gzip: unpack it first";
+  if (head.starts_with("\x28\xB5\x2F\xFD")) return "is compressed with zstd: unpack it first";
+  if (head.starts_with("PK\x03\x04")) return "is a ZIP archive: unpack it first";
+  if (head.starts_with("$MeshFormat")) return "is a mesh of Gmsh: let Gmsh export it as .vtk";
+  return {};
+}
+
 void read_any(const Source& source, Assembler& assembler) {
   const std::string head = read_head(source.path);
   if (head.empty()) assembler.fail("is empty");
   if (head.starts_with("# vtk DataFile")) {
+    if (head.find('\n') == std::string::npos && head.find('\r') != std::string::npos)
+      assembler.fail("has carriage returns for line ends, which VTK does not read: write it with line feeds");
     source.report.format = "legacy VTK";
     read_legacy(source, assembler);
   } else if (head.starts_with("CDF") || head.starts_with("\x89HDF")) {
@@ -76,11 +87,14 @@ void read_any(const Source& source, Assembler& assembler) {
     read_exodus(source, assembler);
   } else if (const std::string xml = without_comments(head); xml.find("<VTKFile") != std::string::npos) {
     const std::string type = xml_dataset_type(xml);
+    if (type == "Collection") assembler.fail("is a list of files (PVD): name one of them");
     if (type != "UnstructuredGrid" && type != "PUnstructuredGrid")
       assembler.fail("holds a " + (type.empty() ? "dataset of unknown type" : type) +
                      ": ptet needs an UnstructuredGrid or PUnstructuredGrid");
     source.report.format = type == "UnstructuredGrid" ? "VTU" : "PVTU";
     (type == "UnstructuredGrid" ? read_vtu : read_pvtu)(source, assembler);
+  } else if (const std::string hint = what_to_do(head); !hint.empty()) {
+    assembler.fail(hint);
   } else {
     assembler.fail("is no mesh that ptet reads (VTU, PVTU, legacy VTK, Exodus)");
   }

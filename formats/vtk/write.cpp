@@ -1,5 +1,6 @@
 #include "formats/vtk/write.hpp"
 
+#include "formats/file_names.hpp"
 #include "formats/vtk/messages.hpp"
 #include "formats/vtk/scalar_types.hpp"
 #include "formats/whole_file.hpp"
@@ -8,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <set>
@@ -296,7 +296,7 @@ void write_legacy(const WholeFile& file, vtkUnstructuredGrid& grid, const vtkio:
 
 void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions& options,
                 const ProgressCallback& progress) {
-  const std::string ending = std::filesystem::path(path).extension().string();
+  const std::string ending = ending_of(path);
   if (ending != ".vtu" && ending != ".vtk")
     throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a mesh is written as .vtu or .vtk");
   if (ending == ".vtk" && options.encoding != Encoding::kRaw)

@@ -4,6 +4,7 @@
 #include "build/piece_decisions.hpp"
 #include "build/process_memory.hpp"
 #include "build/threads.hpp"
+#include "formats/file_names.hpp"
 #include "formats/ptet/manifest.hpp"
 #include "formats/ptet/writer.hpp"
 #include "formats/whole_file.hpp"

@@ -186,6 +186,9 @@ LOOKUP_TABLE default
         self.assertIn("  field     a??\u00a9b: float32", self.ptet("info", "late.vtk").stdout)
         self.assertIn('"name": "a\\u007f\\u009b\u00a9b"', self.ptet("info", "late.vtk", "--json").stdout)
         self.assertEqual(self.json("info", "late.vtk")["fields"][0]["name"], "a\x7f\u009b\u00a9b")
+        text = (self.folder / "bell.vtk").read_text().replace("%1B[31m", "%0A%20%20error%20none")
+        (self.folder / "forged.vtk").write_text(text)
+        self.assertIn("  field     a?  error noneb: float32", self.ptet("info", "forged.vtk").stdout)
         self.assertNotIn("note", said)
         # Of 3.25 something else would be left.
         text = (self.folder / "bell.vtk").read_text()
@@ -216,6 +219,11 @@ LOOKUP_TABLE default
         (self.folder / "empty.ptet").write_bytes(b"")
         self.refused(3, "build", "noise.vtu", says="noise.vtu")
         self.refused(3, "info", "noise.vtu", says="noise.vtu")
+        for start, hint in [(b"\x1f\x8b\x08\0", "gzip"), (b"PK\x03\x04", "ZIP"), (b"$MeshFormat\n4.1 0 8\n", "Gmsh"),
+                            (b"# vtk DataFile Version 3.0\rt\rASCII\r", "carriage returns"),
+                            (b'<VTKFile type="Collection"><Collection/></VTKFile>', "name one of them")]:
+            (self.folder / "other").write_bytes(start)
+            self.refused(3, "info", "other", says=hint)
         for command in ["extract", "info", "verify", "dump"]:
             self.refused(4, command, "noise.ptet")
             self.refused(4, command, "empty.ptet")
@@ -236,7 +244,7 @@ LOOKUP_TABLE default
         meshes.vtu(self.folder / "one.vtu", points, tets, {"u": ("Float64", [0.0, 1.0, 2.0, 3.0])})
         self.assertEqual(self.json("build", "one.vtu")["records"], 0)
         self.ptet("verify", "one.ptet", "--original", "one.vtu")
-        extracted = self.json("extract", "one.ptet", "-o", "again.vtu")
+        extracted = self.json("extract", "one.ptet", "-o", "again.VTU")
         self.assertEqual((extracted["vertices"], extracted["tets"], extracted["limited_by"]), (4, 1, "nothing"))
 
     def test_disconnected_pieces(self):

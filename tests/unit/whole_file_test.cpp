@@ -1,4 +1,5 @@
 // Files that appear whole: what becomes of the one that is replaced, and which names there are.
+#include "formats/file_names.hpp"
 #include "formats/ptet/source.hpp"
 #include "formats/whole_file.hpp"
 #include "support/temp_folder.hpp"

@@ -6,7 +6,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <optional>
 
@@ -321,10 +320,6 @@ std::string quoted_list(const std::vector<std::string>& names) {
     text += (i == 0 ? "'" : i + 1 == names.size() ? " and '" : ", '") + names[i] + "'";
   }
   return text;
-}
-
-std::string ending_of(const std::string& path) {
-  return std::filesystem::path(path).extension().string();
 }
 
 } // namespace ptet::cli

@@ -73,7 +73,4 @@ void check_field(std::string_view option, const std::string& field, const std::v
 /// "'a', 'b' and 'c'"; "none" for an empty list.
 [[nodiscard]] std::string quoted_list(const std::vector<std::string>& names);
 
-/// The ending of a path, with its dot.
-[[nodiscard]] std::string ending_of(const std::string& path);
-
 } // namespace ptet::cli

@@ -2,6 +2,7 @@
 
 #include "build_methods.hpp"
 #include "console.hpp"
+#include "plain_output.hpp"
 
 #include <algorithm>
 #include <array>
@@ -50,9 +51,9 @@ void print_input(const BuildOutcome& outcome, std::ostream& out) {
   if (simulates(options)) out << ", objective " << name_of(options.objective);
   out << '\n';
   for (const std::string& note : outcome.read.notes)
-    out << "  note      " << note << '\n';
+    out << "  note      " << on_one_line(note) << '\n';
   for (const std::string& note : build.notes)
-    out << "  note      " << note << '\n';
+    out << "  note      " << on_one_line(note) << '\n';
 }
 
 std::string text_of(const Bound& bound) {
@@ -111,7 +112,7 @@ void print_errors(const BuildOutcome& outcome, std::ostream& out) {
   for (const auto& [field, everywhere] : build.field_error) {
     const auto [range, error] = stated(outcome.info, field);
     const std::string of_range = share(error, range);
-    out << "  error     " << field << " up to " << brief_up(error)
+    out << "  error     " << on_one_line(field) << " up to " << brief_up(error)
         << (of_range.empty() ? "" : of_range + " of its range)");
     if (everywhere > error)
       out << "; at vertices outside of a mesh up to " << brief_up(everywhere) << share(everywhere, range)

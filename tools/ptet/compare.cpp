@@ -2,6 +2,7 @@
 
 #include "console.hpp"
 #include "mesh/predicates.hpp"
+#include "plain_output.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -43,7 +44,7 @@ private:
 };
 
 std::string describe(const PointArray& array) {
-  return "'" + array.name + "' (" + name_of(array.type) + " x " + std::to_string(array.components) + ")";
+  return "'" + on_one_line(array.name) + "' (" + name_of(array.type) + " x " + std::to_string(array.components) + ")";
 }
 
 bool same_layout(const PointArray& a, const PointArray& b) {

@@ -5,6 +5,7 @@
 #include "extract_notes.hpp"
 #include "extract_report.hpp"
 #include "files.hpp"
+#include "formats/file_names.hpp"
 #include "formats/surface/write.hpp"
 #include "formats/vtk/write.hpp"
 #include "ptet/dataset.hpp"

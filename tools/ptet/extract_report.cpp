@@ -1,6 +1,7 @@
 #include "extract_report.hpp"
 
 #include "console.hpp"
+#include "plain_output.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -211,7 +212,7 @@ void print_parts(const Extraction& extraction, const Request& request, const Dat
   const auto line = [&](const std::string& where, const PartErrors& errors, const std::string& more) {
     std::cout << "  there     " << where << ": ";
     for (std::size_t i = 0; i < fields.size(); ++i)
-      std::cout << fields[i]->name << within(info, extraction)
+      std::cout << on_one_line(fields[i]->name) << within(info, extraction)
                 << error_text(errors.field_error[i], fields[i]->range, kOfRange) << ", ";
     std::cout << "domain" << within(info, extraction) << error_text(errors.domain_error, info.diagonal, kOfDiagonal)
               << more << '\n';
@@ -267,7 +268,7 @@ void print_text(const ExtractOutcome& outcome) {
   print_asked(request, info);
   const auto fields = governing_fields(info);
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    out << "  achieved  " << fields[i]->name << within(info, extraction)
+    out << "  achieved  " << on_one_line(fields[i]->name) << within(info, extraction)
         << error_text(extraction.field_error[i], fields[i]->range, kOfRange);
     if (!extraction.rms_error.empty()) {
       const std::string share_of_range = percent_up(extraction.rms_error[i], fields[i]->range);
@@ -290,7 +291,7 @@ void print_text(const ExtractOutcome& outcome) {
   out << "  time      " << brief(seconds, 3) << " s, " << counted(extraction.bytes_read, "byte") << " read of "
       << grouped(info.file_bytes) << '\n';
   for (const std::string& note : notes)
-    out << "  note      " << note << '\n';
+    out << "  note      " << on_one_line(note) << '\n';
   if (output) out << "  written   " << *output << " in " << brief(write_seconds, 3) << " s\n";
 }
 

@@ -4,9 +4,11 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "formats/file_names.hpp"
 #include "formats/ptet/reader.hpp"
 #include "formats/vtk/read.hpp"
 #include "mesh/examination.hpp"
+#include "plain_output.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/validate.hpp"
 
@@ -54,7 +56,8 @@ std::string why_not_buildable(const MeshReport& report) {
 std::string if_others_govern(const MeshReport& report) {
   std::string names;
   for (const FieldSummary& field : report.fields)
-    if (field.governs_by_default && !field.can_govern) names += (names.empty() ? "'" : ", '") + field.name + "'";
+    if (field.governs_by_default && !field.can_govern)
+      names += (names.empty() ? "'" : ", '") + on_one_line(field.name) + "'";
   return names.empty() ? "" : ", if --field names others than " + names;
 }
 
@@ -116,7 +119,7 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
       << brief(report.diagonal(), 6) << '\n';
   out << "  volume    " << brief(report.volume, 6) << ", boundary area " << brief(report.boundary_area, 6) << '\n';
   for (const FieldSummary& field : report.fields) {
-    out << "  field     " << field.name << ": " << type_text(field.type, field.components);
+    out << "  field     " << on_one_line(field.name) << ": " << type_text(field.type, field.components);
     if (!std::isnan(field.min))
       out << (field.components == 1 ? ", from " : ", length from ") << brief(field.min, 6) << " to "
           << brief(field.max, 6);
@@ -124,7 +127,7 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
     out << '\n';
   }
   for (const std::string& note : read.notes)
-    out << "  note      " << note << '\n';
+    out << "  note      " << on_one_line(note) << '\n';
   for (const Finding& finding : report.findings) {
     std::string label = name_of(finding.severity);
     label.resize(10, ' ');
@@ -226,7 +229,7 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
 
 /// A text, or the texts of a list with commas between.
 std::string plain(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
+  if (value.is_string()) return on_one_line(value.get<std::string>());
   if (!value.is_array()) return value.dump();
   std::string all;
   for (const Json& entry : value)
@@ -238,7 +241,7 @@ void print_manifest(const Json& manifest, std::ostream& out) {
   for (const auto& [key, value] : manifest.items()) {
     if (value.is_structured()) {
       for (const auto& [name, entry] : value.items()) {
-        out << "  " << key << "  " << (value.is_object() ? name + ": " : "") << plain(entry) << '\n';
+        out << "  " << key << "  " << (value.is_object() ? on_one_line(name) + ": " : "") << plain(entry) << '\n';
       }
     } else {
       out << "  " << key << "  " << plain(value) << '\n';
@@ -259,7 +262,7 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
       << brief(info.diagonal, 6) << '\n';
   std::size_t column = 0;
   for (const FieldInfo& field : info.fields) {
-    out << "  field     " << field.name << ": " << type_text(field.type, field.components);
+    out << "  field     " << on_one_line(field.name) << ": " << type_text(field.type, field.components);
     if (field.governing) {
       const double error = info.max_field_error[column];
       out << (field.range > 0 ? ", range " + brief(field.range, 6) : ", constant") << ", error up to "

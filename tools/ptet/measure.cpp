@@ -6,6 +6,7 @@
 #include "compare.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "formats/file_names.hpp"
 #include "formats/vtk/write.hpp"
 #include "measure_report.hpp"
 #include "mesh/value_offset.hpp"

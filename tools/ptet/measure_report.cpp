@@ -1,6 +1,7 @@
 #include "measure_report.hpp"
 
 #include "console.hpp"
+#include "plain_output.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -107,7 +108,7 @@ void print_fields(const MeasureOutcome& outcome) {
   const OutsideDifference& outside = outcome.outside;
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
     const auto& [name, simplified_name, components, range] = outcome.fields[f];
-    std::cout << "  field       " << name << ", range " << brief(range) << '\n';
+    std::cout << "  field       " << on_one_line(name) << ", range " << brief(range) << '\n';
     line("    inside    ", outcome.inside.fields[f], range);
     if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range);
   }
@@ -177,7 +178,7 @@ void print_text(const MeasureOutcome& outcome, const std::optional<std::string>&
   distance("simplified to original boundary ", outcome.back);
   print_validity(outcome);
   for (const std::string& note : outcome.notes)
-    std::cout << "  note        " << note << '\n';
+    std::cout << "  note        " << on_one_line(note) << '\n';
   if (errors) std::cout << "  written     " << *errors << '\n';
   std::cout << "  time        " << brief(outcome.seconds, 3) << " s\n";
 }

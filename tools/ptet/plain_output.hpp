@@ -27,6 +27,11 @@ namespace ptet::cli {
   return plain;
 }
 
+/// A name as reports have it: a line end in it would begin a line that no report has.
+[[nodiscard]] inline std::string on_one_line(std::string_view name) {
+  return plain_text(name, false);
+}
+
 /// JSON in which the control characters that it may hold as they are stand as escapes: what reads it gets them back.
 [[nodiscard]] inline std::string escaped_json(std::string_view json) {
   std::string escaped;

@@ -9,6 +9,7 @@
 #include "formats/ptet/verification.hpp"
 #include "formats/vtk/read.hpp"
 #include "lod/input_order.hpp"
+#include "plain_output.hpp"
 #include "ptet/error.hpp"
 #include "ptet/weld.hpp"
 
@@ -211,7 +212,7 @@ void report_json(const Arguments& arguments, const Outcome& outcome) {
 void print_errors(const file::StatedErrors& errors, std::uint64_t records) {
   std::cout << "  measured  errors of " << grouped(errors.records) << " of " << counted(records, "record") << '\n';
   for (const file::StatedError& error : errors.errors) {
-    std::cout << "  error     " << error.name << " measured up to " << brief(error.most);
+    std::cout << "  error     " << on_one_line(error.name) << " measured up to " << brief(error.most);
     if (error.above > 0)
       std::cout << "; above the stated one in " << counted(error.above, "record") << ", up to "
                 << brief(error.most_above) << " times" << (errors.are_bounds ? "" : " (which is no bound)");
@@ -229,7 +230,7 @@ void report_text(const Arguments& arguments, const Outcome& outcome) {
       std::cout << "            and " << grouped(kind.count - printed) << " more of this kind\n";
   }
   for (const std::string& note : outcome.notes)
-    std::cout << "  note      " << note << '\n';
+    std::cout << "  note      " << on_one_line(note) << '\n';
   std::cout << "  checked   " << counted(outcome.decoded_blocks, "block");
   if (outcome.decoded_blocks != outcome.blocks) std::cout << " of " << grouped(outcome.blocks);
   std::cout << ", " << counted(outcome.records, "record") << ", " << counted(outcome.versions, "version") << '\n';

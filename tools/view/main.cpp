@@ -1,4 +1,5 @@
 // The program ptet-view, which `ptet view` starts: options and a file into settings, then a window or a picture.
+#include "formats/file_names.hpp"
 #include "ptet/dataset.hpp"
 #include "tools/ptet/arguments.hpp"
 #include "tools/ptet/console.hpp"
