@@ -29,7 +29,8 @@ void check_options(const BuildOptions& options);
 /// as its collapses are possible here, that is to its end but where the limit on the domain error is near: bounds of it
 /// are sharper or blunter by what else of the boundary is at hand. options.pieces is not looked at.
 /// The tets of `prepared` are put away while it is collapsed, to save their memory, and there again afterwards, unless
-/// it throws. Throws Error: kBadArgument (options, unknown field), kBadInput (values that are not finite), kCancelled.
+/// it throws. Throws Error: kBadArgument (options, unknown field, a checkpoint of another build), kBadInput (values
+/// that are not finite), kLimit, kCorruptFile and kIo (of checkpoints), kCancelled.
 [[nodiscard]] RecordStream build_records(PreparedMesh& prepared, const BuildOptions& options, BuildReport& report,
                                          const ProgressCallback& progress, const Decisions* decided = nullptr);
 

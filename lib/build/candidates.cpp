@@ -72,7 +72,7 @@ void Candidates::find_targets(Vertex v, Worker& worker) {
 void Candidates::fill_page(Vertex v, Worker& worker) {
   Page& page = pages_[v];
   if (complex_.star(v).size() > CollapseCheck::kMaxRemovedStar) { // whatever its target
-    ++worker.refusals[static_cast<std::size_t>(CollapseStatus::kStarTooLarge)];
+    ++worker.refusals[static_cast<std::size_t>(CollapseStatus::kRemovedStarTooLarge)];
     page.best.fill({});
     page.next = 0;
     return;

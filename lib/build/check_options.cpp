@@ -2,15 +2,10 @@
 #include "build/describe_options.hpp"
 #include "ptet/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ptet::build {
-namespace {
-
-constexpr std::uint32_t kMostPieces = 65536;
-
-} // namespace
-
 void check_options(const BuildOptions& options) {
   const auto require = [](bool good, const char* what) {
     if (!good) throw Error(ErrorCode::kBadArgument, what);
@@ -19,7 +14,8 @@ void check_options(const BuildOptions& options) {
           "the target number of vertices must be a number >= 0");
   const double min_quality = options.min_quality.value_or(0);
   require(min_quality >= 0 && min_quality < 1, "the least quality must be in [0, 1)");
-  require(options.max_star >= 8, "the cap on the star must be at least 8");
+  require(options.max_star >= kLeastMaxStar && options.max_star <= kGreatestMaxStar,
+          "the cap on the star must be in 8 .. 4096");
   require(round_fraction_of(options) > 0 && round_fraction_of(options) <= 1,
           "the part taken in a round must be in (0, 1]");
   require(options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact,
@@ -28,6 +24,9 @@ void check_options(const BuildOptions& options) {
           "what is simulated is seen at removed vertices at least: an evaluation is needed");
   require(options.checkpoint.every_seconds >= 0, "the seconds between checkpoints must be a number >= 0");
   require(options.max_domain_error.value >= 0, "the limit on domain error must be a number >= 0");
+  require(std::all_of(options.max_field_error.begin(), options.max_field_error.end(),
+                      [](const FieldBound& bound) { return bound.bound.value >= 0; }),
+          "a field error limit must be a number >= 0");
   require(options.pieces >= 1 && options.pieces <= kMostPieces, "the number of pieces must be in 1 .. 65536");
   require(options.pieces == 1 || options.checkpoint.path.empty(), "a build over pieces keeps no checkpoints");
 }

@@ -157,7 +157,7 @@ CollapseStatus CollapseCheck::examine(Vertex vs, Vertex vd) {
   plan_.vd = vd;
   const std::size_t size_vs = complex_.star(vs).size();
   const std::size_t size_vd = complex_.star(vd).size();
-  if (size_vs > kMaxRemovedStar) return CollapseStatus::kStarTooLarge;
+  if (size_vs > kMaxRemovedStar) return CollapseStatus::kRemovedStarTooLarge;
   if (!classify()) return CollapseStatus::kInverted;
   // A boundary vertex leaves the boundary as it is only along an edge of it.
   if (plan_.moves_boundary && !moves_along_boundary_) return CollapseStatus::kBoundaryVertex;

@@ -29,7 +29,6 @@ std::vector<double> field_limits(const PreparedMesh& prepared, const NormalizedF
                                  const std::vector<FieldBound>& bounds) {
   std::vector<double> limits(fields.field_count(), std::numeric_limits<double>::infinity());
   for (const FieldBound& bound : bounds) {
-    if (!(bound.bound.value >= 0)) throw Error(ErrorCode::kBadArgument, "a field error limit must be a number >= 0");
     bool found = false;
     for (std::size_t f = 0; f < limits.size(); ++f) {
       const GoverningField& field = fields.fields()[f];

@@ -27,12 +27,17 @@ std::optional<Clock::time_point> end_of(const std::optional<double>& max_millise
   return begin + std::chrono::duration_cast<Clock::duration>(time);
 }
 
+std::shared_ptr<const Dataset> checked(std::shared_ptr<const Dataset> dataset) {
+  if (!dataset) throw Error(ErrorCode::kBadArgument, "no dataset was given");
+  return dataset;
+}
+
 } // namespace
 
 class Session::Impl {
 public:
   explicit Impl(std::shared_ptr<const Dataset> dataset)
-      : dataset_(std::move(dataset)), hierarchy_(dataset_->impl().hierarchy) {
+      : dataset_(checked(std::move(dataset))), hierarchy_(dataset_->impl().hierarchy) {
     start_over();
   }
   ~Impl() { hierarchy_.loader().unpin(pinned_); }

@@ -256,6 +256,7 @@ TEST_CASE("options out of range are refused by name", "[build]") {
   CHECK(refused([](BuildOptions& o) { o.round_fraction = 0; }));
   CHECK(refused([](BuildOptions& o) { o.round_fraction = 1.01; }));
   CHECK(refused([](BuildOptions& o) { o.max_star = 7; }));
+  CHECK(refused([](BuildOptions& o) { o.max_star = 4097; }));
   CHECK(refused([](BuildOptions& o) { o.fields = {"presure"}; }));
   CHECK(refused([](BuildOptions& o) { o.max_field_error = {{"marker", {1, false}}}; })); // carried, not governing
 }

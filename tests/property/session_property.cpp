@@ -133,6 +133,10 @@ TEST_CASE("vertices of no tet come with the original and go with it") {
   CHECK(again.vertices_removed == mesh.vertex_count() - few);
 }
 
+TEST_CASE("a session needs a dataset") {
+  CHECK_THROWS_AS(Session(nullptr), Error);
+}
+
 TEST_CASE("a refused request leaves a session as it was") {
   for (const Sample& sample : samples()) {
     const auto shared = Dataset::open_memory(sample.bytes);

@@ -211,15 +211,24 @@ TEST_CASE("check: the cap on the star of the target, ghosts included", "[build][
   // A fan with n blades around the edge 0 1; 2 -> 3 next to it leaves 3 with more than it had only when 2 has much.
   std::vector<Point> points = {{0, 0, 0}, {1, 0, 0}, {0.5, 0, 1}, {0.5, 1, 0}};
   std::vector<std::array<Vertex, 4>> tets = {{0, 1, 2, 3}};
-  for (int i = 0; i < 10; ++i) { // blades at 0 that the collapse takes to 1
-    const auto first = static_cast<Vertex>(points.size());
-    points.insert(points.end(), {{-1.0 - i, 0, 0}, {-1.0 - i, 1, 0}, {-1.0 - i, 0, 1}});
-    tets.push_back({0, first, first + 1, first + 2});
-  }
+  const auto add_blades = [&](int from, int to) { // at 0, that the collapse takes to 1
+    for (int i = from; i < to; ++i) {
+      const auto first = static_cast<Vertex>(points.size());
+      points.insert(points.end(), {{-1.0 - i, 0, 0}, {-1.0 - i, 1, 0}, {-1.0 - i, 0, 1}});
+      tets.push_back({0, first, first + 1, first + 2});
+    }
+  };
+  add_blades(0, 10);
   const Fixture blades(points, tets, Ghosts::kNone);
   // After: the 10 blades.
   CHECK(blades.examine(0, 1, 0, 10) == Status::kAccepted);
   CHECK(blades.examine(0, 1, 0, 9) == Status::kStarTooLarge);
+
+  // What no cap allows: the star of the removed vertex is larger than is taken apart.
+  add_blades(10, 1023);
+  CHECK(Fixture(points, tets, Ghosts::kNone).examine(0, 1, 0, 4096) == Status::kAccepted);
+  add_blades(1023, 1024);
+  CHECK(Fixture(points, tets, Ghosts::kNone).examine(0, 1, 0, 4096) == Status::kRemovedStarTooLarge);
 }
 
 TEST_CASE("check: many examinations in a row do not disturb one another", "[build][check]") {

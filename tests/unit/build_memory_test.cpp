@@ -160,7 +160,7 @@ TEST_CASE("a vertex with too large a star is refused once, not for each of its e
   test::add_array(mesh, "constant", ScalarType::kFloat64, 1, [](const Point&) { return std::vector<double>(1, 1.0); });
   BuildReport report;
   (void)build_memory(mesh, quick(), &report);
-  CHECK(report.collapses[static_cast<std::size_t>(CollapseStatus::kStarTooLarge)] < 100);
+  CHECK(report.collapses[static_cast<std::size_t>(CollapseStatus::kRemovedStarTooLarge)] < 100);
 }
 
 TEST_CASE("memory limit: what is foreseen to pass it is refused, and nothing is left behind") {

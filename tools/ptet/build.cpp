@@ -126,12 +126,13 @@ Wishes parse(const Arguments& arguments) {
   }
   choose_method(arguments, wishes.options);
   if (arguments.max_star) {
-    wishes.options.max_star = static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, 8, kMostStar));
+    wishes.options.max_star =
+        static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, kLeastMaxStar, kGreatestMaxStar));
   }
   wishes.options.weld = arguments.weld;
   wishes.options.keep_order = arguments.keep_order;
   if (arguments.pieces) {
-    wishes.options.pieces = static_cast<std::uint32_t>(parse_whole("--pieces", *arguments.pieces, 1, 65536));
+    wishes.options.pieces = static_cast<std::uint32_t>(parse_whole("--pieces", *arguments.pieces, 1, kMostPieces));
     if (wishes.options.pieces > 1 && arguments.checkpoint)
       throw Error(ErrorCode::kBadArgument,
                   "--checkpoint: a build over pieces keeps no checkpoints; leave out --pieces");
@@ -390,9 +391,10 @@ void add_build(CLI::App& program) {
                    "before it has: 8G, 500M or bytes (no limit)")
       ->option_text("N|NG|NM|Nk");
   command
-      ->add_option("--checkpoint", arguments->checkpoint,
-                   "keep what was done in FILE from time to time, and on\n"
-                   "Ctrl-C or SIGTERM, to go on from after an\ninterruption; removed when OUT is there")
+      ->add_option(
+          "--checkpoint", arguments->checkpoint,
+          "keep what was done in FILE from time to time, and on\n"
+          "Ctrl-C, SIGTERM or a lost terminal, to go on from\nafter an interruption; removed when OUT is there")
       ->option_text("FILE");
   command
       ->add_option("--checkpoint-every", arguments->checkpoint_every,

@@ -7,9 +7,6 @@
 
 namespace ptet::cli {
 
-/// The largest --max-star.
-inline constexpr std::uint32_t kMostStar = 4096;
-
 struct Method {
   const char* name;
   Prediction prediction;

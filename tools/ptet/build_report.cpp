@@ -74,7 +74,7 @@ std::string hint_of(const BuildReport& build, const BuildOptions& options) {
        {CollapseStatus::kDomainError, "--max-domain-error " + text_of(options.max_domain_error), "larger"},
        {CollapseStatus::kFieldError, "--max-field-error", "larger"}}};
   const auto count = [&](CollapseStatus status) {
-    const bool is_at_its_end = status == CollapseStatus::kStarTooLarge && options.max_star >= kMostStar;
+    const bool is_at_its_end = status == CollapseStatus::kStarTooLarge && options.max_star >= kGreatestMaxStar;
     return is_at_its_end ? 0 : build.last_refusals[static_cast<std::size_t>(status)];
   };
   const auto most = std::max_element(limits.begin(), limits.end(),

@@ -37,7 +37,8 @@ int fail(ExitCode code, const std::string& message);
 /// What `run` returns; what it throws becomes a line on standard error and its exit code.
 int guarded(const std::function<int()>& run);
 
-/// From here on SIGINT and SIGTERM set a flag that progress callbacks look at; a second one of the same kind kills.
+/// From here on SIGINT, SIGTERM and SIGHUP set a flag that progress callbacks look at; a second one of the same kind
+/// kills.
 void catch_interrupts();
 [[nodiscard]] bool interrupted();
 /// Throws Error(kCancelled) after an interrupt.

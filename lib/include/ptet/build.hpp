@@ -18,18 +18,19 @@ namespace ptet {
 /// What became of one half-edge collapse that was tried. Every refusal is counted in the build report.
 enum class CollapseStatus : std::uint8_t {
   kAccepted,
-  kFrozenVertex,     ///< the vertex lies where the mesh is not a manifold, or beside a defect
-  kBoundaryVertex,   ///< a boundary vertex may only move along an edge of the boundary
-  kLinkCondition,    ///< Lk(vs) n Lk(vd) != Lk(e), boundary closed by the dummy vertex
-  kStarTooLarge,     ///< the star of the target would pass the cap
-  kInverted,         ///< a modified tet would not be positively oriented (exact predicate)
-  kQuality,          ///< a modified tet would be below the floor and worse than the worst of the old star
-  kSurfaceTopology,  ///< the boundary surface would stop being a manifold
-  kSelfIntersection, ///< the boundary would meet another part of itself
-  kDomainError,      ///< the domain error would pass its hard limit
-  kFieldError,       ///< a field error would pass its limit
+  kFrozenVertex,        ///< the vertex lies where the mesh is not a manifold, or beside a defect
+  kBoundaryVertex,      ///< a boundary vertex may only move along an edge of the boundary
+  kLinkCondition,       ///< Lk(vs) n Lk(vd) != Lk(e), boundary closed by the dummy vertex
+  kStarTooLarge,        ///< the star of the target would pass the cap, BuildOptions::max_star
+  kRemovedStarTooLarge, ///< the star of the removed vertex is larger than the builder takes apart, whatever the cap
+  kInverted,            ///< a modified tet would not be positively oriented (exact predicate)
+  kQuality,             ///< a modified tet would be below the floor and worse than the worst of the old star
+  kSurfaceTopology,     ///< the boundary surface would stop being a manifold
+  kSelfIntersection,    ///< the boundary would meet another part of itself
+  kDomainError,         ///< the domain error would pass its hard limit
+  kFieldError,          ///< a field error would pass its limit
 };
-inline constexpr std::size_t kCollapseStatusCount = 11;
+inline constexpr std::size_t kCollapseStatusCount = 12;
 [[nodiscard]] std::string_view name_of(CollapseStatus status);
 
 /// What tells which collapse comes next. The letters are those of Cignoni et al. 2000, section 5.
@@ -83,12 +84,16 @@ struct CheckpointOptions {
 /// The largest mesh that a build takes.
 inline constexpr std::uint64_t kMostVerticesToBuild = 0x7FFFFFEF;
 inline constexpr std::uint64_t kMostTetsToBuild = std::uint64_t{1} << 28;
+/// The ranges of BuildOptions::max_star and BuildOptions::pieces.
+inline constexpr std::uint32_t kLeastMaxStar = 8, kGreatestMaxStar = 4096;
+inline constexpr std::uint32_t kMostPieces = 65536;
 
 struct BuildOptions {
   /// Names of the point arrays whose errors are measured, recorded and kept small; empty: every floating-point array,
   /// and if there is none every array. The other arrays are carried along, bit for bit.
   std::vector<std::string> fields;
-  /// Hard limits on the field errors of a collapse: one that would pass its field's is refused. Empty: no limit.
+  /// Hard limits on the field errors of a collapse: one that would pass its field's is refused. Each names a governing
+  /// field, or none for all of them. Empty: no limit.
   std::vector<FieldBound> max_field_error;
   /// Hard limit on the domain error of a collapse: one that would pass it is refused.
   Bound max_domain_error{0.02, true};
@@ -96,24 +101,28 @@ struct BuildOptions {
   /// stops when nothing more can be collapsed; the report says which.
   double target_vertices = 0.01;
   /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
-  /// it is no worse than the worst of the star it comes from. None: 1e-3, or a twentieth of the median of some
-  /// 20,000 of the mesh's tets where that is less, so that plates, shells and layers can get coarser, too: that makes
-  /// their tets flatter.
+  /// it is no worse than the worst of the star it comes from. In [0, 1). None: 1e-3, or a twentieth of the median of
+  /// some 20,000 of the mesh's tets where that is less, so that plates, shells and layers can get coarser, too: that
+  /// makes their tets flatter.
   std::optional<double> min_quality;
+  /// Not every pair goes together: kExact needs Evaluation::kExact, kSimulate any but Evaluation::kNone. Whoever wants
+  /// less evaluation has to name another prediction.
   Prediction prediction = Prediction::kExact;
   Evaluation evaluation = Evaluation::kExact;
   Objective objective = Objective::kBoth;
-  /// Cap on the number of tets and boundary faces around a vertex after a collapse.
+  /// Cap on the number of tets and boundary faces around a vertex after a collapse; a star that is larger already may
+  /// stay so. In kLeastMaxStar .. kGreatestMaxStar.
   std::uint32_t max_star = 64;
   /// Collapses are made in rounds. Each looks at this part of the candidates, the best ones, in (0, 1], and makes those
   /// whose stars no other collapse of the round has touched. The smaller, the nearer to collapsing strictly by error;
   /// the larger, the fewer rounds, and the fewer splits depend on one another. None: 0.15 where costs are measured
   /// (Prediction::kExact), else 0.3.
   std::optional<double> round_fraction;
-  /// In 1 .. 65536. More than 1: the mesh is cut in so many pieces of equally many vertices. In a first pass each piece
-  /// is collapsed by itself, one after the other, with its seams frozen; that takes memory for the mesh and for one
-  /// piece's collapsing. In a second pass the seams and all that is left are collapsed together. The file depends on
-  /// the number of pieces, not on where they were collapsed (ptet/pieces_build.hpp). No checkpoints are kept.
+  /// In 1 .. kMostPieces. More than 1: the mesh is cut in so many pieces of equally many vertices. In a first pass each
+  /// piece is collapsed by itself, one after the other, with its seams frozen; that takes memory for the mesh and for
+  /// one piece's collapsing. In a second pass the seams and all that is left are collapsed together. The file depends
+  /// on the number of pieces, not on where they were collapsed (ptet/pieces_build.hpp). A checkpoint besides is
+  /// refused.
   std::uint32_t pieces = 1;
   /// First make one point of those that are alike in place and all values (ptet/weld.hpp): the mesh that is built from,
   /// and comes back, is the welded one; so are the counts of the report, and the order that is kept.

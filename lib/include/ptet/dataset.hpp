@@ -172,7 +172,7 @@ public:
   /// a direction, an order that the file does not keep), kCancelled, and for Request::input_order what reading it
   /// meets: kIo, kCorruptFile, kLimit; std::bad_alloc. Same request, same mesh, whatever was asked before, as long as
   /// Extraction::complete; only where time is a budget it depends on the machine. `progress` is called before and while
-  /// blocks are read, and between some dozen that are decoded; asking this dataset for more there may throw
+  /// blocks are read, and between some eight that are decoded; asking this dataset for more there may throw
   /// kBadArgument. Cost: proportional to the mesh and to the blocks first read; with Request::input_order to the
   /// original, too.
   [[nodiscard]] Extraction extract(const Request& request, const ProgressCallback& progress = {}) const;

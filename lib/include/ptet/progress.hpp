@@ -14,7 +14,8 @@ struct Progress {
 };
 
 /// Called from the thread that called the library: as a rule some hundred times a second, of small meshes more often.
-/// Returning false cancels: the running call throws Error with ErrorCode::kCancelled and leaves nothing behind.
+/// Returning false cancels: the running call throws Error with ErrorCode::kCancelled and leaves nothing
+/// behind but a checkpoint that was asked for.
 using ProgressCallback = std::function<bool(const Progress&)>;
 
 } // namespace ptet

@@ -271,10 +271,13 @@ ptet_status ptet_request_set_input_order(ptet_request* request, int32_t input_or
 
 /* ---- Extraction ---- */
 
-/* The mesh that answers `request` (NULL: the original). Same request, same mesh, whatever was asked before.
+/* The mesh that answers `request` (NULL: the original). Same request, same mesh, whatever was asked before, as long as
+ * it is complete (ptet_extraction_info.complete) and no time was a budget.
  * `progress` may be NULL; `user` is handed to it.
  * Errors: PTET_BAD_ARGUMENT (a field that is not there or does not govern; a bound, box or radius that is negative, not
- * finite or empty), PTET_CANCELLED, PTET_OUT_OF_MEMORY. Blocks that cannot be had only make the mesh coarser. */
+ * finite or empty; a view without a direction; an order that the file does not keep), PTET_CANCELLED,
+ * PTET_OUT_OF_MEMORY, and where the input's order is asked for what reading it meets: PTET_IO_ERROR, PTET_CORRUPT_FILE,
+ * PTET_LIMIT. Blocks that cannot be had only make the mesh coarser. */
 ptet_status ptet_dataset_extract(const ptet_dataset* dataset, const ptet_request* request,
                                  ptet_progress_callback progress, void* user, ptet_extraction** extraction,
                                  ptet_error** error);
@@ -367,8 +370,8 @@ enum {
 ptet_status ptet_dataset_get_origin_values(const ptet_dataset* dataset, const uint32_t* made_by, uint64_t count,
                                            ptet_origin_value what, uint32_t field, double* values, ptet_error** error);
 
-/* The largest error of the field in this mesh, in its units: in a file built with exact evaluation no point has a
- * larger one. NaN when the field does not govern, or is none. */
+/* The largest error of the field in this mesh, in its units: in a file built with exact evaluation no point that the
+ * mesh covers has a larger one. NaN when the field does not govern, or is none. */
 double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field);
 /* The same among the tets and boundary faces of a part of the mesh that the request names: what meets its focus region
  * `number`; what may take its values of interest `number`, widened by their own error; what meets the picture of its

@@ -57,7 +57,8 @@ ptet_status ptet_builder_add_field(ptet_builder* builder, const char* name, ptet
 
 /* The field's errors are kept small and stated. When it is called for none: those of every floating-point field. */
 ptet_status ptet_builder_add_governing_field(ptet_builder* builder, const char* name, ptet_error** error);
-/* No collapse may have a larger error of the field; "" or NULL: of any governing one. `relative` as in requests. */
+/* No collapse may have a larger error of the field, a governing one; "" or NULL: of any governing one. `relative` as in
+ * requests. */
 ptet_status ptet_builder_add_max_field_error(ptet_builder* builder, const char* name, double value, int32_t relative,
                                              ptet_error** error);
 /* At first 2% of the diagonal. */
@@ -65,12 +66,15 @@ ptet_status ptet_builder_set_max_domain_error(ptet_builder* builder, double valu
                                               ptet_error** error);
 /* How far down to go: a number of vertices, or a fraction of them when it is below 1. At first 0.01. */
 ptet_status ptet_builder_set_target_vertices(ptet_builder* builder, double vertices, ptet_error** error);
+/* "Exact" needs PTET_EVALUATE_EXACT, "simulate" any evaluation but none: whoever wants less evaluation than at first
+ * has to set another prediction, too. */
 ptet_status ptet_builder_set_prediction(ptet_builder* builder, ptet_prediction prediction, ptet_error** error);
 ptet_status ptet_builder_set_evaluation(ptet_builder* builder, ptet_evaluation evaluation, ptet_error** error);
 ptet_status ptet_builder_set_objective(ptet_builder* builder, ptet_objective objective, ptet_error** error);
-/* Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular). At first 0.001, less where the mesh is flat. */
+/* Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular), in [0, 1). At first 0.001, less where the mesh is flat.
+ */
 ptet_status ptet_builder_set_min_quality(ptet_builder* builder, double quality, ptet_error** error);
-/* Cap on the tets and boundary faces around a vertex. At first 64. */
+/* Cap on the tets and boundary faces around a vertex, in 8 .. 4096. At first 64. */
 ptet_status ptet_builder_set_max_star(ptet_builder* builder, uint32_t cells, ptet_error** error);
 /* The best part of the candidates that a round may take; in (0, 1]. At first 0.15 for "exact", 0.3 for other methods.
  */

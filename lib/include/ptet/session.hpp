@@ -58,7 +58,8 @@ class Session {
 public:
   static constexpr std::uint32_t kUnused = 0xFFFFFFFF;
 
-  /// Holds the base mesh; reads nothing.
+  /// Holds the base mesh; reads nothing. Throws Error: kBadArgument without a dataset, kIo in a process that was forked
+  /// from that of the dataset; std::bad_alloc.
   explicit Session(std::shared_ptr<const Dataset> dataset);
   ~Session();
   Session(Session&&) noexcept;
