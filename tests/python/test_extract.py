@@ -114,6 +114,9 @@ class Extract(unittest.TestCase):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             self.data.extract(focus=near, error="4%", values=ptet.Values("t", 1.25))
+            # What the coarsest mesh has not, a finer one may have.
+            self.data.extract(values=ptet.Values("t", 1e6), budget=ptet.Budget(tets=0))
+            self.data.extract(values=ptet.Values("t", 1e6), budget=ptet.Budget(milliseconds=0))
 
     def test_origins(self):
         cut = self.data.extract(error="3%", origins=True)
@@ -158,6 +161,8 @@ class Extract(unittest.TestCase):
             {"view": 3}, {"view": ptet.View((0, 0, 0), (0, 0, 0))}, {"view": ptet.View((0, 0, 0), width=-1)},
             {"view": ptet.View((0, 0, 0), width=2**40)}, {"view": [ptet.View((0, 0, 0))]}, {"error": 10**400},
             {"focus": ptet.Sphere((0, 0, 10**400), 1)}, {"focus": ptet.Sphere((0, 0, 0), 10**400)},
+            {"budget": np.array([5, 6])}, {"budget": True}, {"focus": ptet.Box("012", "345")},
+            {"view": ptet.View((0, 0, 0), width="5%")}, {"view": ptet.View((0, 0, 0), height=0)},
         ]:
             with self.subTest(request), self.assertRaises(ptet.ArgumentError):
                 self.data.extract(**request)

@@ -85,6 +85,46 @@ class Interrupt(unittest.TestCase):
         self.assertEqual(child.returncode, -signal.SIGINT)
         self.assertIn("KeyboardInterrupt", errors)
 
+    def test_the_process_ends_while_other_threads_are_at_work(self):
+        script = """
+            import sys, threading, time
+            sys.path.insert(0, sys.argv[1])
+            import support
+            from support import ptet
+            bytes = support.built()
+            class Source:
+                size = len(bytes)
+                def read(self, offset, size):
+                    return bytes[offset:offset + size]
+            def extract():
+                data = ptet.open(bytes)
+                while True:
+                    data.extract(budget="50%")
+            def read():
+                while True:
+                    ptet.open(Source()).extract()
+            def update():
+                session = ptet.open(bytes).session()
+                while True:
+                    session.update(budget="20%")
+                    session.update(budget="50%")
+            def report():
+                while True:
+                    ptet.open(bytes).extract(progress=lambda *what: time.sleep(0.001))
+            def build():
+                mesh = support.cube(8)
+                while True:
+                    ptet.build(*mesh, method="QN")
+            for work in [extract, read, update, report, build]:
+                threading.Thread(target=work, daemon=True).start()
+            time.sleep(0.5)
+        """
+        for _ in range(5):
+            done = subprocess.run([sys.executable, "-c", textwrap.dedent(script), os.path.dirname(__file__)],
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", timeout=60,
+                                  check=False)
+            self.assertEqual((done.returncode, done.stdout), (0, ""))
+
     def test_other_threads_run_meanwhile(self):
         big = cube(24)
         ticks, done = 0, threading.Event()

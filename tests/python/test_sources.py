@@ -53,9 +53,11 @@ class Sources(unittest.TestCase):
             self.assertIsInstance(caught.exception, OSError)
             with self.assertRaises(ptet.FileError):
                 ptet.open(folder)
-        for wrong in (3, None, object(), 1.5, ["a"]):
+        for wrong in (3, None, object(), 1.5, ["a"], "\ud800"):
             with self.assertRaises(ptet.ArgumentError):
                 ptet.open(wrong)
+        with self.assertRaisesRegex(ptet.ArgumentError, r"memory_limit array\(\[1, 2\]\): a whole number"):
+            ptet.open(built(), memory_limit=np.array([1, 2]))
 
     def test_memory(self):
         for data in (built(), bytearray(built()), memoryview(built()), array.array("B", built()),
@@ -99,7 +101,7 @@ class Sources(unittest.TestCase):
         self.check(ptet.open(Callable()))
         for size in (-1, 2**64, 1.5, "many", None):
             source = Reader()
-            with self.assertRaises(ptet.ArgumentError):
+            with self.assertRaisesRegex(ptet.ArgumentError, f"size {size!r}: a number of bytes is wanted"):
                 ptet.open(type("Sized", (), {"read": source.read, "size": size})())
         for size in (0, 10, len(built()) - 1):
             source = Reader(built())

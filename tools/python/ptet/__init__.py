@@ -55,5 +55,5 @@ __all__ = [
     "Values", "View", "build", "from_meshio", "from_vtk", "open", "validate",
 ]
 
-# A thread of the library that reads through Python must not do so once Python has ended.
-_atexit.register(_core.shut_readers)
+# A thread in the library must not come back to Python, nor read through it, once Python has ended.
+_atexit.register(_core.end)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping
 from typing import Any
 
@@ -54,6 +55,17 @@ def as_tets(given: npt.ArrayLike, vertices: int) -> Array:
         raise InputError(f"tets: {int(wrong.sum())} of them name vertices that are not there (0 to {vertices - 1}), "
                          f"the first is tet {first}: {array[first].tolist()}")
     return np.ascontiguousarray(array, dtype=np.uint32)
+
+
+def as_whole(given: Any, least: int, most: int, what: str, wanted: str = "") -> int:
+    """A whole number in a range. `wanted`: what the range is in words."""
+    try:
+        number = least - 1 if isinstance(given, (bool, np.bool_)) else operator.index(given)
+    except TypeError:
+        number = least - 1
+    if not least <= number <= most:
+        raise ArgumentError(f"{what} {given!r}: {wanted or f'a whole number from {least} to {most}'} is wanted")
+    return number
 
 
 def as_text(given: str, what: str) -> str:

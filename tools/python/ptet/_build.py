@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._arrays import as_fields, as_points, as_tets, as_text
+from ._arrays import as_fields, as_points, as_tets, as_text, as_whole
 from ._dataset import Dataset, open as open_file
 from ._errors import ArgumentError
 from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse_field_bounds, parse_number
@@ -156,16 +156,6 @@ def _choose_method(method: str, predict: str | None, evaluate: str | None) -> tu
     return prediction, evaluation
 
 
-def _whole(value: int, least: int, most: int, what: str) -> int:
-    try:
-        number = value.__index__()
-    except AttributeError:
-        number = least - 1
-    if not least <= number <= most:
-        raise ArgumentError(f"{what} {value!r}: a whole number from {least} to {most} is wanted")
-    return number
-
-
 def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.ArrayLike] | None = None, *,
           out: PathLike | None = None, govern: str | Iterable[str] | None = None, method: str = "exact",
           predict: str | None = None, evaluate: str | None = None, objective: str = "both",
@@ -246,10 +236,10 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target,
         None if min_quality is None else parse_number(min_quality, "min_quality"), prediction,
-        evaluation, objective, _whole(max_star, 8, 4096, "max_star"),
+        evaluation, objective, as_whole(max_star, 8, 4096, "max_star"),
         None if round_fraction is None else parse_number(round_fraction, "round_fraction"),
-        _whole(threads, 0, 1024, "threads"), _whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
-        _whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,
+        as_whole(threads, 0, 1024, "threads"), as_whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
+        as_whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,
         progress)
     report["walk"] = [Round(*step) for step in report["walk"]]
     return Built(path, None if data is None else memoryview(data), BuildReport(**report))

@@ -14,7 +14,7 @@ _NamedArrays = Sequence[tuple[str, _Array]]
 
 version: str
 
-def shut_readers() -> None: ...
+def end() -> None: ...
 def build(
     points: _Array,
     tets: _Array,

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._arrays import as_whole
 from ._errors import ArgumentError, FileError, FormatError, LimitError, UnmetWarning
 from ._extraction import Extraction
 from ._request import Bound, Budget, ErrorBounds, Region, Values, View, make_request
@@ -42,7 +43,8 @@ class FieldInfo:
         dtype: of its numbers.
         components: how many numbers a vertex has.
         governing: its errors are in the file, and can be asked for.
-        range: largest minus least value; for vectors the diagonal of the box of values.
+        range: largest minus least value; for vectors the diagonal of the box of values. 0 where the field does not
+            govern: the file does not tell.
     """
 
     name: str
@@ -150,8 +152,8 @@ class Dataset:
             progress: called as of `build`; returning False raises Cancelled.
 
         Warns:
-            UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has. Not while the answer is
-                incomplete: what is still missing of the mesh may have them.
+            UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has. Not where the answer is
+                incomplete, or ended by time or a budget: what is missing of the mesh may have them.
 
         Raises:
             ArgumentError (an unknown field, a bound that is negative or not finite, an empty region), Cancelled,
@@ -165,7 +167,7 @@ class Dataset:
         extraction = Extraction(core, self.info, origins, request.input_order)
         if not (extraction.complete or self.salvage):
             _raise_shortfall(extraction)
-        if extraction.complete:
+        if extraction.complete and extraction.limited_by not in ("time", "budget"):
             self._warn_of_unmet(request, core)
         return extraction
 
@@ -244,13 +246,7 @@ Source = Union[str, "os.PathLike[str]", "os.PathLike[bytes]", bytes, bytearray, 
 
 def _size_of(source: Any) -> int:
     size = source.size() if callable(source.size) else source.size
-    try:
-        size = size.__index__()
-    except AttributeError:
-        size = -1
-    if not 0 <= size < 2**63:
-        raise ArgumentError(f"the source's size {size!r} is no number of bytes")
-    return int(size)
+    return as_whole(size, 0, 2**63 - 1, "the source's size", "a number of bytes")
 
 
 def open(source: Source, *, memory_limit: int = 0, background: bool = False, max_gap: int = 0,
@@ -275,21 +271,17 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
         FileError, FormatError (a damaged header, table or coarsest mesh), LimitError, ArgumentError.
     """
     def count(value: int | None, what: str) -> int | None:
-        if value is None:
-            return None
-        try:
-            number = value.__index__()
-        except AttributeError:
-            number = -1
-        if not 0 <= number < 2**64:
-            raise ArgumentError(f"{what} {value!r}: a whole number that is not negative is wanted")
-        return number
+        return None if value is None else as_whole(value, 0, 2**64 - 1, what, "a whole number that is not negative")
 
     options = _core.OpenOptions(memory_limit=count(memory_limit, "memory_limit") or 0, background=bool(background),
                                 max_gap=count(max_gap, "max_gap") or 0, max_bytes=count(max_bytes, "max_bytes"),
                                 max_vertices=count(max_vertices, "max_vertices"), max_tets=count(max_tets, "max_tets"))
     if isinstance(source, (str, os.PathLike)):
-        return Dataset(_core.open_path(os.fsencode(source), options), salvage)
+        try:
+            path = os.fsencode(source)
+        except UnicodeEncodeError as error:
+            raise ArgumentError(f"{source!r}: there is no such name of a file ({error.reason})") from None
+        return Dataset(_core.open_path(path, options), salvage)
     try:
         view = memoryview(source)  # type: ignore[arg-type]
     except TypeError:

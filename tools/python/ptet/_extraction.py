@@ -74,7 +74,8 @@ class Extraction:
         pixels_in_view: largest domain error in the picture, pixels; 0 without a view.
         limited_by: what kept the mesh from being finer: "nothing" (it is the original), "error", "focus", "budget",
             "time", "loading", "memory", "unreadable".
-        complete: whether this is what was asked for. If not, blocks are missing, and the mesh is coarser there.
+        complete: whether no block is missing. If not, the mesh is coarser there than was asked for. (Where "time" is
+            what limited it, asking again may give more all the same.)
         failures: a BlockFailure each.
         bytes_read, read_requests: for the dataset so far, opening included.
         seconds: wall time of the call.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Union
 
 from . import _core
-from ._arrays import as_text
+from ._arrays import as_text, as_whole
 from ._errors import ArgumentError
 
 Vector = Sequence[float]
@@ -41,18 +41,12 @@ def parse_count(count: Count, total: int, what: str) -> int:
         if share > 1:
             raise ArgumentError(f"{what} {count!r}: a percentage from 0% to 100% is wanted")
         return math.floor(share * total * (1 + 2**-51))  # 29% of 100 is 29
-    try:
-        value = count.__index__()  # type: ignore[union-attr]
-    except AttributeError:
-        value = -1
-    if not 0 <= value < 2**63:
-        raise ArgumentError(f"{what} {count!r}: a whole number is wanted, or a percentage such as '5%'")
-    return value
+    return as_whole(count, 0, 2**63 - 1, what, "a whole number, or a percentage such as '5%',")
 
 
 def _vector(values: Vector, what: str) -> list[float]:
     try:
-        numbers = [float(value) for value in values]
+        numbers = [] if isinstance(values, str) else [float(value) for value in values]
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != 3:
@@ -243,10 +237,7 @@ def _set_view(request: _core.Request, view: View) -> None:
         raise ArgumentError(f"view: one View is wanted, not {view!r}")
 
     def pixels(value: int, what: str) -> int:
-        count = parse_count(value, 0, what)
-        if count >= 2**32:
-            raise ArgumentError(f"{what} {value!r}: too many pixels")
-        return count
+        return as_whole(value, 1, 2**32 - 1, what)
 
     request.set_view(_vector(view.eye, "eye of a View"), _vector(view.direction, "direction of a View"),
                      _vector(view.up, "up of a View"), parse_number(view.vertical_angle, "vertical_angle of a View"),
@@ -263,9 +254,7 @@ def _set_budget(request: _core.Request, budget: Budget | int, vertices: int, tet
     if budget.vertices is not None:
         request.max_vertices = parse_count(budget.vertices, vertices, "vertices of a Budget")
     if budget.bytes is not None:
-        if isinstance(budget.bytes, str):
-            raise ArgumentError(f"bytes of a Budget {budget.bytes!r}: a whole number is wanted")
-        request.max_bytes = parse_count(budget.bytes, 0, "bytes of a Budget")
+        request.max_bytes = as_whole(budget.bytes, 0, 2**63 - 1, "bytes of a Budget", "a whole number")
     if budget.milliseconds is not None:
         request.max_milliseconds = parse_number(budget.milliseconds, "milliseconds of a Budget")
         if not math.isfinite(request.max_milliseconds):

@@ -17,7 +17,7 @@ public:
   OpenFile(std::shared_ptr<const Dataset> data, std::shared_ptr<PendingError> pending)
       : data_(std::move(data)), pending_(std::move(pending)) {}
   ~OpenFile() {
-    const py::gil_scoped_release release;
+    const GilReleased released;
     data_.reset();
   }
   OpenFile(const OpenFile&) = delete;

@@ -2,6 +2,7 @@
 // Python code raised in between comes out as it went in.
 #pragma once
 
+#include "gil.hpp"
 #include "ptet/error.hpp"
 #include "ptet/progress.hpp"
 
@@ -13,11 +14,7 @@
 #include <type_traits>
 #include <utility>
 
-#include <pybind11/pybind11.h>
-
 namespace ptet::python {
-
-namespace py = pybind11;
 
 /// A Python exception on its way through code that knows nothing of Python. From any thread.
 class PendingError {
@@ -54,12 +51,12 @@ public:
   Watch(const py::object& progress, const PendingError& reading) : progress_(progress), reading_(reading) {}
 
   bool operator()(const Progress& now) {
-    if (raised_.is_there() || reading_.is_there()) return false;
+    if (raised_.is_there() || reading_.is_there() || is_gil_lost()) return false;
     const auto time = std::chrono::steady_clock::now();
     if (now.stage == stage_ && time - last_ < std::chrono::milliseconds(50)) return true;
     last_ = time;
     stage_ = now.stage;
-    const py::gil_scoped_acquire acquire;
+    const GilTaken taken;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       if (progress_.is_none()) return true;
@@ -96,13 +93,13 @@ auto without_gil(const py::object& progress, PendingError& reading, Call&& call)
   try {
     if constexpr (std::is_void_v<Result>) {
       {
-        const py::gil_scoped_release release;
+        const GilReleased released;
         call(callback);
       }
       raise();
     } else {
       Result result = [&] {
-        const py::gil_scoped_release release;
+        const GilReleased released;
         return call(callback);
       }();
       raise();

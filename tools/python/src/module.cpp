@@ -1,6 +1,7 @@
 // ptet._core: the C++ interface for Python.
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "gil.hpp"
 #include "ptet/error.hpp"
 #include "ptet/version.hpp"
 #include "source.hpp"
@@ -43,7 +44,13 @@ PYBIND11_MODULE(_core, module) {
       set_python_error(error);
     }
   });
-  module.def("shut_readers", &shut_readers, "To be called when Python ends, see atexit.");
+  module.def(
+      "end",
+      [] {
+        shut_readers();
+        end_gil();
+      },
+      "To be called when Python ends, see atexit.");
   bind_build(module);
   bind_dataset(module);
   bind_session(module);

@@ -18,11 +18,11 @@ using Slots = py::array_t<std::uint32_t, py::array::c_style>;
 class OpenSession {
 public:
   explicit OpenSession(const OpenFile& file) : pending_(&file.pending()) {
-    const py::gil_scoped_release release; // the dataset's lock may be held by who waits for the GIL
+    const GilReleased released; // the dataset's lock may be held by who waits for the GIL
     session_.emplace(file.data());
   }
   ~OpenSession() {
-    const py::gil_scoped_release release;
+    const GilReleased released;
     session_.reset();
   }
   OpenSession(const OpenSession&) = delete;

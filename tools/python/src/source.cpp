@@ -14,7 +14,7 @@ public:
     if (PyObject_GetBuffer(buffer.ptr(), &view_, PyBUF_SIMPLE) != 0) throw py::error_already_set();
   }
   ~BufferSource() override {
-    const py::gil_scoped_acquire acquire;
+    const GilTaken taken;
     PyBuffer_Release(&view_);
   }
   BufferSource(const BufferSource&) = delete;
@@ -49,7 +49,7 @@ public:
     if (is_shut_) {
       (void)read_.release(); // left to the end of the process
     } else {
-      const py::gil_scoped_acquire acquire;
+      const GilTaken taken;
       read_ = py::object();
     }
   }
@@ -62,7 +62,7 @@ public:
     const std::lock_guard guard(reading_);
     if (is_shut_) throw Error(ErrorCode::kIo, "Python is about to end", offset);
     if (pending_->is_there()) throw Error(ErrorCode::kIo, "reading was stopped", offset);
-    const py::gil_scoped_acquire acquire;
+    const GilTaken taken;
     try {
       fill(read_(offset, into.size()), into);
     } catch (py::error_already_set& error) {
@@ -123,7 +123,7 @@ std::shared_ptr<ByteSource> over_reader(const py::object& read, std::uint64_t si
 }
 
 void shut_readers() {
-  const py::gil_scoped_release release;
+  const GilReleased released;
   std::vector<std::weak_ptr<ReaderSource>> all;
   {
     const std::lock_guard guard(readers().mutex);
