@@ -9,6 +9,7 @@
 #include "files.hpp"
 #include "formats/file_names.hpp"
 #include "formats/vtk/read.hpp"
+#include "mesh/governing.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/pieces_build.hpp"
 #include "ranks.hpp"
@@ -170,10 +171,9 @@ std::vector<std::string> governing_names(const TetMesh& mesh, const std::vector<
   }
   if (!asked.empty()) return asked;
   std::vector<std::string> names;
-  for (const PointArray& array : mesh.point_arrays) {
-    if (array.type == ScalarType::kFloat32 || array.type == ScalarType::kFloat64) names.push_back(array.name);
-  }
-  return names.empty() ? all : names;
+  for (const std::uint32_t i : governing_by_default(mesh.point_arrays))
+    names.push_back(all[i]);
+  return names;
 }
 
 std::string output_of(const Arguments& arguments) {
@@ -309,101 +309,115 @@ the units of the field or of the mesh. Cells that are not tetrahedra are split i
 checkpoints that you wrote: damage is found, but a forged one is trusted.
 )";
 
+/// The mesh, and how far down it is taken.
+void add_mesh_and_limits(CLI::App& command, Arguments& arguments) {
+  command.add_option("IN", arguments.input, "the mesh: .vtu, .pvtu, .vtk or Exodus")->required()->option_text(" ");
+  command
+      .add_option("-o,--output", arguments.output,
+                  "the file to write; without it IN's name with .ptet,\n"
+                  "in the current folder")
+      ->option_text("OUT.ptet");
+  command
+      .add_option("--field", arguments.fields,
+                  "a point array whose errors are measured and kept small;\n"
+                  "repeatable; without it every floating-point array\n(every array when none is). All others are "
+                  "carried along")
+      ->allow_extra_args(false)
+      ->option_text("NAME");
+  command
+      .add_option("--max-field-error", arguments.max_field_error,
+                  "no collapse with a larger field error: X or X% for\n"
+                  "every field, NAME=X or NAME=X% for one; repeatable,\nor with commas")
+      ->allow_extra_args(false)
+      ->option_text("X|NAME=X,...");
+  command.add_option("--max-domain-error", arguments.max_domain_error, "no collapse with a larger one (2%)")
+      ->option_text("X|X%");
+  command.add_option("--target-vertices", arguments.target_vertices, "stop at so many vertices (1%)")
+      ->option_text("N|N%");
+  command
+      .add_option("--min-quality", arguments.min_quality,
+                  "no tet below this shape (1 regular, 0 flat), unless\n"
+                  "its place had a worse one before (0.001; less for\nmeshes of mostly flat tets)")
+      ->option_text("Q");
+}
+
+/// How the next collapse is found.
+void add_method(CLI::App& command, Arguments& arguments) {
+  command
+      .add_option("--method", arguments.method,
+                  "exact, or one of the paper's LN, GN, QN, BF, BFS, or\n"
+                  "staadt-gross or trotts, to compare with (exact)")
+      ->option_text("NAME");
+  command
+      .add_option("--objective", arguments.objective,
+                  "the field error that is kept small: max, rms or both\n(both); for exact, BF and BFS")
+      ->option_text("WHAT");
+  command
+      .add_option("--predict", arguments.predict,
+                  "what orders the collapses, instead of the method's:\n"
+                  "exact, local, gradient, quadric, simulate,\nweighted-sum or per-tet")
+      ->option_text("HOW");
+  command
+      .add_option(
+          "--evaluate", arguments.evaluate,
+          "where errors are measured, instead of the\n"
+          "method's: exact (everywhere), samples (inside the\n"
+          "original tets, and at removed vertices), vertices\n(these only: fast, and no bound in between) or none\n"
+          "(as predicted); alone: with --predict quadric")
+      ->option_text("HOW");
+  command.add_option("--max-star", arguments.max_star, "most tets around a vertex after a collapse (64)")
+      ->option_text("N");
+}
+
+/// How the build goes about it.
+void add_run(CLI::App& command, Arguments& arguments) {
+  command
+      .add_option("--pieces", arguments.pieces,
+                  "cut the mesh in N pieces, collapse one after the other,\n"
+                  "then the seams and what is left together (1). The file\n"
+                  "depends on N, not on how the pieces were collapsed:\n"
+                  "one after the other, or by the processes of mpirun")
+      ->option_text("N");
+  command.add_flag("--weld", arguments.weld,
+                   "first make one point of those that have the same place\n"
+                   "and the same values, bit for bit: what the pieces of a\n"
+                   ".pvtu share is otherwise a boundary");
+  command.add_flag("--keep-order", arguments.keep_order,
+                   "also keep in what order points and cells stood, for\n"
+                   "extract --input-order: some 2 bytes a vertex and up to 3\na tet more");
+  command
+      .add_option("--threads", arguments.threads,
+                  "worker threads; 0: as many as the machine has (0).\nThe file does not depend on it")
+      ->option_text("N");
+  command
+      .add_option("--memory-limit", arguments.memory_limit,
+                  "refuse a build that would have more memory resident,\n"
+                  "before it has: 8G, 500M or bytes (no limit)")
+      ->option_text("N|NG|NM|Nk");
+  command
+      .add_option("--checkpoint", arguments.checkpoint,
+                  "keep what was done in FILE from time to time, and on\n"
+                  "Ctrl-C, SIGTERM or a lost terminal, to go on from\nafter an interruption; removed when OUT is there")
+      ->option_text("FILE");
+  command
+      .add_option("--checkpoint-every", arguments.checkpoint_every,
+                  "how often: seconds, or with m or h (5m); in between\nrounds of collapses")
+      ->option_text("N|Ns|Nm|Nh");
+  command.add_flag("--resume", arguments.resume,
+                   "go on from the checkpoint: OUT will be the same, byte\n"
+                   "for byte, as without the interruption. Refused when\n"
+                   "the mesh, the options (but --threads) or the program\nare not those of the checkpoint");
+}
+
 } // namespace
 
 void add_build(CLI::App& program) {
   CLI::App* const command =
       program.add_subcommand("build", "Simplify a mesh and write all its levels to one .ptet file");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("IN", arguments->input, "the mesh: .vtu, .pvtu, .vtk or Exodus")->required()->option_text(" ");
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "the file to write; without it IN's name with .ptet,\n"
-                   "in the current folder")
-      ->option_text("OUT.ptet");
-  command
-      ->add_option("--field", arguments->fields,
-                   "a point array whose errors are measured and kept small;\n"
-                   "repeatable; without it every floating-point array\n(every array when none is). All others are "
-                   "carried along")
-      ->allow_extra_args(false)
-      ->option_text("NAME");
-  command
-      ->add_option("--max-field-error", arguments->max_field_error,
-                   "no collapse with a larger field error: X or X% for\n"
-                   "every field, NAME=X or NAME=X% for one; repeatable,\nor with commas")
-      ->allow_extra_args(false)
-      ->option_text("X|NAME=X,...");
-  command->add_option("--max-domain-error", arguments->max_domain_error, "no collapse with a larger one (2%)")
-      ->option_text("X|X%");
-  command->add_option("--target-vertices", arguments->target_vertices, "stop at so many vertices (1%)")
-      ->option_text("N|N%");
-  command
-      ->add_option("--min-quality", arguments->min_quality,
-                   "no tet below this shape (1 regular, 0 flat), unless\n"
-                   "its place had a worse one before (0.001; less for\nmeshes of mostly flat tets)")
-      ->option_text("Q");
-  command
-      ->add_option("--method", arguments->method,
-                   "exact, or one of the paper's LN, GN, QN, BF, BFS, or\n"
-                   "staadt-gross or trotts, to compare with (exact)")
-      ->option_text("NAME");
-  command
-      ->add_option("--objective", arguments->objective,
-                   "the field error that is kept small: max, rms or both\n(both); for exact, BF and BFS")
-      ->option_text("WHAT");
-  command
-      ->add_option("--predict", arguments->predict,
-                   "what orders the collapses, instead of the method's:\n"
-                   "exact, local, gradient, quadric, simulate,\nweighted-sum or per-tet")
-      ->option_text("HOW");
-  command
-      ->add_option(
-          "--evaluate", arguments->evaluate,
-          "where errors are measured, instead of the\n"
-          "method's: exact (everywhere), samples (inside the\n"
-          "original tets, and at removed vertices), vertices\n(these only: fast, and no bound in between) or none\n"
-          "(as predicted); alone: with --predict quadric")
-      ->option_text("HOW");
-  command->add_option("--max-star", arguments->max_star, "most tets around a vertex after a collapse (64)")
-      ->option_text("N");
-  command
-      ->add_option("--pieces", arguments->pieces,
-                   "cut the mesh in N pieces, collapse one after the other,\n"
-                   "then the seams and what is left together (1). The file\n"
-                   "depends on N, not on how the pieces were collapsed:\n"
-                   "one after the other, or by the processes of mpirun")
-      ->option_text("N");
-  command->add_flag("--weld", arguments->weld,
-                    "first make one point of those that have the same place\n"
-                    "and the same values, bit for bit: what the pieces of a\n"
-                    ".pvtu share is otherwise a boundary");
-  command->add_flag("--keep-order", arguments->keep_order,
-                    "also keep in what order points and cells stood, for\n"
-                    "extract --input-order: some 2 bytes a vertex and up to 3\na tet more");
-  command
-      ->add_option("--threads", arguments->threads,
-                   "worker threads; 0: as many as the machine has (0).\nThe file does not depend on it")
-      ->option_text("N");
-  command
-      ->add_option("--memory-limit", arguments->memory_limit,
-                   "refuse a build that would have more memory resident,\n"
-                   "before it has: 8G, 500M or bytes (no limit)")
-      ->option_text("N|NG|NM|Nk");
-  command
-      ->add_option(
-          "--checkpoint", arguments->checkpoint,
-          "keep what was done in FILE from time to time, and on\n"
-          "Ctrl-C, SIGTERM or a lost terminal, to go on from\nafter an interruption; removed when OUT is there")
-      ->option_text("FILE");
-  command
-      ->add_option("--checkpoint-every", arguments->checkpoint_every,
-                   "how often: seconds, or with m or h (5m); in between\nrounds of collapses")
-      ->option_text("N|Ns|Nm|Nh");
-  command->add_flag("--resume", arguments->resume,
-                    "go on from the checkpoint: OUT will be the same, byte\n"
-                    "for byte, as without the interruption. Refused when\n"
-                    "the mesh, the options (but --threads) or the program\nare not those of the checkpoint");
+  add_mesh_and_limits(*command, *arguments);
+  add_method(*command, *arguments);
+  add_run(*command, *arguments);
   command->add_flag("--force", arguments->force,
                     "replace OUT even when neither its name nor its contents\nare those of a .ptet file");
   command->add_flag("--json", arguments->json, "the report as one JSON object");

@@ -68,7 +68,7 @@ Wishes parse(const Arguments& arguments) {
 }
 
 /// Throws Error(kBadInput) for what makes distances or volumes meaningless. Defects of the complex are only reported.
-void check_usable(const ComparedMesh& side) {
+void check_usable(const MeasuredMesh& side) {
   static constexpr std::array kFatal = {"bad-positions",  "tiny-extent", "non-finite-positions",
                                         "huge-positions", "no-tets",     "ids-out-of-range"};
   for (const Finding& finding : side.report.findings)
@@ -78,8 +78,8 @@ void check_usable(const ComparedMesh& side) {
                                               finding.message.substr(0, finding.message.rfind(": ")));
 }
 
-ComparedMesh load(const std::string& path, bool weld, ProgressLine& progress) {
-  ComparedMesh side;
+MeasuredMesh load(const std::string& path, bool weld, ProgressLine& progress) {
+  MeasuredMesh side;
   side.path = path;
   progress.stage("reading");
   side.mesh = read_mesh(path, &side.read, progress.callback());
@@ -91,14 +91,14 @@ ComparedMesh load(const std::string& path, bool weld, ProgressLine& progress) {
 }
 
 /// Says so when a mesh orders the vertices of all its tets by the other convention.
-void note_convention(const ComparedMesh& side, std::vector<std::string>& notes) {
+void note_convention(const MeasuredMesh& side, std::vector<std::string>& notes) {
   for (const Finding& finding : side.report.findings)
     if (finding.code == "inverted-tets" && finding.severity == Severity::kNote)
       notes.push_back("'" + side.path + "' orders the vertices of all its tets by the other convention");
 }
 
 /// Says so where the field of the original has several values at one place.
-void note_overlaps(const ComparedMesh& original, std::vector<std::string>& notes) {
+void note_overlaps(const MeasuredMesh& original, std::vector<std::string>& notes) {
   const auto says = [&](const char* code) { return count_of(original.report, code) > 0; };
   std::string what;
   if (original.boundary_intersections > 0)
@@ -120,7 +120,7 @@ bool is_floating(const PointArray& array) {
 }
 
 /// Empty when the array can be compared; else why not.
-std::string unusable(const ComparedMesh& side, const PointArray& array) {
+std::string unusable(const MeasuredMesh& side, const PointArray& array) {
   if (array.size() != side.mesh.vertex_count()) return "has not one row for each vertex in '" + side.path + "'";
   for (std::uint32_t v = 0; v < array.size(); ++v) {
     if (!side.found.links.used[v]) continue;
@@ -132,14 +132,14 @@ std::string unusable(const ComparedMesh& side, const PointArray& array) {
 }
 
 /// Of the first vertex in a tet. A field that is compared has one row for each vertex.
-ValueOffset offset_of(const ComparedMesh& original, const PointArray& array, std::uint32_t component) {
+ValueOffset offset_of(const MeasuredMesh& original, const PointArray& array, std::uint32_t component) {
   const auto& used = original.found.links.used;
   const auto first = static_cast<std::size_t>(std::find(used.begin(), used.end(), 1) - used.begin());
   return {array, first < array.size() ? first : 0, component};
 }
 
 /// Whether integers are further apart than a double can tell them.
-bool spans_too_much(const ComparedMesh& original, const ComparedMesh& side, const PointArray& of_original,
+bool spans_too_much(const MeasuredMesh& original, const MeasuredMesh& side, const PointArray& of_original,
                     const PointArray& array) {
   if (!has_wide_integers(array)) return false;
   for (std::uint32_t i = 0; i < array.components; ++i) {
@@ -151,7 +151,7 @@ bool spans_too_much(const ComparedMesh& original, const ComparedMesh& side, cons
 }
 
 /// Largest minus least value; for vectors the diagonal of the box of values. Over vertices in tets.
-double range_of(const ComparedMesh& side, const PointArray& array) {
+double range_of(const MeasuredMesh& side, const PointArray& array) {
   double range = 0;
   for (std::uint32_t i = 0; i < array.components; ++i) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -173,7 +173,7 @@ std::vector<std::string> array_names(const TetMesh& mesh) {
   return names;
 }
 
-const PointArray& named_array(const ComparedMesh& side, const std::string& name) {
+const PointArray& named_array(const MeasuredMesh& side, const std::string& name) {
   const PointArray* const array = side.mesh.find(name);
   if (array != nullptr) return *array;
   throw Error(ErrorCode::kBadArgument, "--field: there is no field '" + name + "' in '" + side.path + "'; there are " +
@@ -181,7 +181,7 @@ const PointArray& named_array(const ComparedMesh& side, const std::string& name)
 }
 
 /// NAME, or NAME=OTHER where no array has the whole as its name.
-std::pair<std::string, std::string> names_in(const std::string& text, const ComparedMesh& original) {
+std::pair<std::string, std::string> names_in(const std::string& text, const MeasuredMesh& original) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || original.mesh.find(text) != nullptr) return {text, text};
   return {text.substr(0, equals), text.substr(equals + 1)};
@@ -189,8 +189,8 @@ std::pair<std::string, std::string> names_in(const std::string& text, const Comp
 
 /// The fields asked for, or every floating-point one that both meshes have (every one when the original has no such),
 /// as build chooses those that govern; what is left out gets a note.
-std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, const ComparedMesh& original,
-                                         const ComparedMesh& simplified, std::vector<std::string>& notes) {
+std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, const MeasuredMesh& original,
+                                         const MeasuredMesh& simplified, std::vector<std::string>& notes) {
   std::vector<ComparedField> fields;
   const auto why_not = [&](const PointArray& a, const PointArray& b) -> std::string {
     if (a.components != b.components)
@@ -238,7 +238,7 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
 }
 
 /// Vertex x channel; of integers of 64 bits what they are above those of one vertex of the original.
-std::vector<double> values_of(const TetMesh& mesh, const ComparedMesh& original,
+std::vector<double> values_of(const TetMesh& mesh, const MeasuredMesh& original,
                               const std::vector<ComparedField>& fields, std::string ComparedField::*name) {
   struct Channel {
     const PointArray* array;
@@ -280,7 +280,7 @@ void measure_fields(const Wishes& wishes, MeasureOutcome& outcome, const Progres
     outcome.inside = comparison.exact_inside(progress);
   }
   if (!(outcome.inside.volume > 0)) {
-    for (const ComparedMesh* side : {&outcome.original, &outcome.simplified})
+    for (const MeasuredMesh* side : {&outcome.original, &outcome.simplified})
       if (!(side->volume > 0))
         throw Error(ErrorCode::kBadInput, "'" + side->path + "' has no volume: its tets are flat");
     const auto box = [](const MeshReport& report) {
@@ -298,7 +298,7 @@ void measure_fields(const Wishes& wishes, MeasureOutcome& outcome, const Progres
   comparison.add_vertices(outcome.vertices, outcome.outside);
 }
 
-std::vector<Triangle> boundary_triangles(const ComparedMesh& side) {
+std::vector<Triangle> boundary_triangles(const MeasuredMesh& side) {
   std::vector<Triangle> triangles;
   for (const Face& face : side.found.boundary.faces)
     triangles.push_back(
@@ -354,7 +354,7 @@ void run(const Arguments& arguments) {
     outcome.original = load(arguments.original, arguments.weld, progress);
     outcome.simplified = load(arguments.simplified, arguments.weld, progress);
   });
-  for (const ComparedMesh* side : {&outcome.original, &outcome.simplified})
+  for (const MeasuredMesh* side : {&outcome.original, &outcome.simplified})
     add_reading_notes(side->path, side->read, outcome.notes);
   note_convention(outcome.original, outcome.notes);
   note_convention(outcome.simplified, outcome.notes);
@@ -362,7 +362,7 @@ void run(const Arguments& arguments) {
   threads.run([&] {
     measure_fields(wishes, outcome, progress.callback());
     measure_boundaries(wishes, outcome, progress.callback());
-    for (ComparedMesh* side : {&outcome.original, &outcome.simplified})
+    for (MeasuredMesh* side : {&outcome.original, &outcome.simplified})
       side->boundary_intersections =
           count_boundary_intersections(side->found.points, side->found.boundary.faces, progress.callback());
     note_overlaps(outcome.original, outcome.notes);

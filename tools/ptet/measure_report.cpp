@@ -16,7 +16,7 @@ struct Defect {
   const char* text;
   std::uint64_t count;
 };
-std::vector<Defect> defects_of(const ComparedMesh& side) {
+std::vector<Defect> defects_of(const MeasuredMesh& side) {
   const auto count = [&](const char* code) { return count_of(side.report, code); };
   return {{"inverted_tets", "inverted tets", count("inverted-tets")},
           {"flat_tets", "flat tets", count("flat-tets")},
@@ -30,12 +30,12 @@ std::vector<Defect> defects_of(const ComparedMesh& side) {
           {"overlapping_tets", "tets at the boundary that others reach into", count("overlapping-tets")}};
 }
 
-bool is_valid(const ComparedMesh& side) {
+bool is_valid(const MeasuredMesh& side) {
   const std::vector<Defect> defects = defects_of(side);
   return std::all_of(defects.begin(), defects.end(), [](const Defect& defect) { return defect.count == 0; });
 }
 
-Json to_json(const ComparedMesh& side) {
+Json to_json(const MeasuredMesh& side) {
   const MeshReport& report = side.report;
   Json json = {{"path", side.path}, {"vertices", report.vertices}, {"tets", report.tets}, {"volume", side.volume}};
   Json& validity = json["validity"];
@@ -78,7 +78,7 @@ std::string with_percent(double value, double whole) {
   return brief(value) + (share.empty() ? "" : " (" + share + ")");
 }
 
-void print_side(const char* label, const ComparedMesh& side) {
+void print_side(const char* label, const MeasuredMesh& side) {
   const MeshReport& report = side.report;
   std::cout << label << side.path << ": " << counted(report.vertices, "vertex") << ", " << counted(report.tets, "tet")
             << ", volume " << brief(side.volume, 6) << ", " << counted(report.components, "component")

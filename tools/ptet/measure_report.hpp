@@ -15,7 +15,7 @@
 namespace ptet::cli {
 
 /// One of the two meshes, as it was read and found.
-struct ComparedMesh {
+struct MeasuredMesh {
   std::string path;
   TetMesh mesh;
   ReadReport read;
@@ -34,7 +34,7 @@ struct ComparedField {
 
 /// Everything there is to say after the measurements.
 struct MeasureOutcome {
-  ComparedMesh original, simplified;
+  MeasuredMesh original, simplified;
   std::optional<std::uint64_t> samples; ///< nothing: exact
   std::vector<ComparedField> fields;
   std::vector<std::string> notes;

@@ -15,7 +15,6 @@ public:
   Placement() = default;
   explicit Placement(const DatasetInfo& info);
 
-  [[nodiscard]] bool is_identity() const { return is_identity_; }
   /// From the file's space to the one that is drawn.
   [[nodiscard]] Point drawn(const Point& p) const {
     if (is_identity_) return p;
