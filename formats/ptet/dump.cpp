@@ -159,7 +159,6 @@ void Dump::annotate_content(const Section& section, ByteReader& in) {
   switch (static_cast<SectionKind>(section.kind)) {
   case SectionKind::kArrays: {
     FixedHeader fixed = fixed_;
-    fixed.header.arrays.clear();
     static_cast<void>(parse_arrays(in, fixed));
     return;
   }

@@ -208,6 +208,7 @@ std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count) {
 }
 
 std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed) {
+  fixed.header.arrays.clear();
   std::vector<DecimalDigits> digits{fixed.position_digits};
   for (std::uint32_t i = 0; i < fixed.array_count; ++i) {
     ArrayInfo info;

@@ -54,9 +54,9 @@ struct Footer {
   std::uint64_t file_bytes = 0;
 };
 
-/// Header fields that the public Header does not have.
+/// The section of fixed length, with what file::Header does not have.
 struct FixedHeader {
-  Header header; ///< arrays empty
+  Header header; ///< its arrays: see parse_arrays()
   std::uint32_t array_count = 0;
   std::uint64_t version_count = 0;
   std::uint32_t records_per_block = 0;
@@ -68,15 +68,6 @@ struct TableRow {
   BlockInfo info;
   std::uint32_t version_count = 0;
   std::uint64_t hash = 0;
-};
-
-/// Everything of a file but base and blocks.
-struct Layout {
-  FixedHeader fixed;
-  std::vector<DecimalDigits> digits; ///< positions, then the arrays
-  std::vector<TableRow> rows;
-  std::vector<Section> sections;
-  InitialProbabilities initial;
 };
 
 /// Records of one block that depend on others than the makers of C(r). Most blocks have none.
@@ -97,12 +88,10 @@ struct OtherParents {
 [[nodiscard]] FixedHeader parse_header(ByteReader& in);
 [[nodiscard]] Footer parse_footer(ByteReader& in);
 [[nodiscard]] std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count);
-/// Fills header.arrays; returns their decimal digits.
+/// Sets header.arrays; returns the decimal digits of the positions and of these.
 [[nodiscard]] std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed);
 [[nodiscard]] std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, const Section& blocks);
 [[nodiscard]] Manifest parse_manifest(ByteReader& in);
-/// Bytes of a vertex, positions and arrays.
-[[nodiscard]] std::size_t vertex_bytes(const Header& header);
 /// The base mesh into the first rows of `positions` and `arrays`; returns the tets.
 [[nodiscard]] std::vector<Tet> parse_base(ByteReader& in, const Header& header, PointArray& positions,
                                           std::vector<PointArray>& arrays);

@@ -1,6 +1,7 @@
 #include "formats/ptet/ordering.hpp"
 
 #include "formats/ptet/cells.hpp"
+#include "mesh/morton.hpp"
 #include "record/error_code.hpp"
 
 #include <algorithm>
@@ -18,16 +19,6 @@ using Records = std::vector<std::uint32_t>;
 constexpr double kLevelGrowth = 1.5;
 /// Blocks in a cell, all levels together. With smaller cells a focus reads less, but blocks are more and shorter.
 constexpr std::size_t kBlocksPerCell = 8;
-
-/// Every third bit of the result is one of the 21 bits of `x`.
-std::uint64_t spread(std::uint64_t x) {
-  x = (x | x << 32) & 0x001F00000000FFFF;
-  x = (x | x << 16) & 0x001F0000FF0000FF;
-  x = (x | x << 8) & 0x100F00F00F00F00F;
-  x = (x | x << 4) & 0x10C30C30C30C30C3;
-  x = (x | x << 2) & 0x1249249249249249;
-  return x;
-}
 
 void order_base(const RecordStream& records, const std::vector<std::uint64_t>& codes, FileOrder& order) {
   std::vector<char> removed(codes.size()), used(codes.size());
@@ -169,7 +160,7 @@ std::vector<std::uint64_t> morton_codes(const PointArray& positions) {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       const double fraction = (positions.value(v, axis) - least[axis]) / size;
       const auto cell = fraction > 0 ? static_cast<std::uint64_t>(std::min(fraction, 1.0) * 0x1FFFFF) : 0;
-      codes[v] |= spread(cell) << axis;
+      codes[v] |= morton_spread(cell) << axis;
     }
   }
   return codes;

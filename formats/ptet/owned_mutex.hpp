@@ -11,6 +11,12 @@
 
 namespace ptet::file {
 
+/// Throws the Error of a dataset that is asked by what it has called.
+[[noreturn]] inline void refuse_from_within() {
+  throw Error(ErrorCode::kBadArgument,
+              "a dataset cannot be asked from within its own source's read or a progress callback of its own");
+}
+
 /// As std::timed_mutex, but lock() and try_lock_until() throw Error(kBadArgument) in the thread that holds it. Made of
 /// a condition, as the thread sanitizer of older compilers does not see a timed mutex being locked.
 class OwnedMutex {
@@ -37,9 +43,7 @@ public:
 private:
   [[nodiscard]] bool is_free() const { return owner_ == std::thread::id(); }
   void refuse_owner() const {
-    if (owner_ == std::this_thread::get_id())
-      throw Error(ErrorCode::kBadArgument,
-                  "a dataset cannot be asked from within its own source's read or a progress callback of its own");
+    if (owner_ == std::this_thread::get_id()) refuse_from_within();
   }
 
   std::mutex mutex_;

@@ -243,22 +243,24 @@ void Reader::load(std::span<const std::uint32_t> blocks, Content& content) {
 }
 
 std::vector<FetchedBlock> Reader::fetch(std::span<const std::uint32_t> blocks, const FetchFailed& failed,
+                                        const std::function<bool(std::uint32_t)>& is_wanted,
                                         const std::function<bool()>& is_stopped) const {
   std::vector<ByteRange> ranges;
   for (const std::uint32_t block : blocks)
     ranges.push_back({blocks_[block].offset, blocks_[block].stored_bytes});
-  auto read = decoding_->reader.read_all(ranges, is_stopped);
   std::vector<FetchedBlock> fetched;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+  const auto take = [&](std::size_t i, RangeBytes read) {
     try {
-      if (read[i].failure) std::rethrow_exception(read[i].failure);
-      if (hash_of(read[i].bytes) != decoding_->rows[blocks[i]].hash)
+      if (read.failure) std::rethrow_exception(read.failure);
+      if (hash_of(read.bytes) != decoding_->rows[blocks[i]].hash)
         fail_file("the hash of a block does not match", ranges[i].offset);
-      fetched.push_back({blocks[i], std::move(read[i].bytes)});
+      fetched.push_back({blocks[i], std::move(read.bytes)});
     } catch (const Error& error) {
       failed(blocks[i], error);
     }
-  }
+  };
+  decoding_->reader.read_each(
+      ranges, [&](std::size_t i) { return is_wanted(blocks[i]); }, take, is_stopped);
   return fetched;
 }
 

@@ -43,6 +43,8 @@ struct Header {
   bool has_squared_errors = false;
   bool has_input_order = false;
 };
+/// Bytes of a vertex, positions and arrays.
+[[nodiscard]] std::size_t vertex_bytes(const Header& header);
 
 /// One row of the block table. Records are numbered from coarse to fine levels; block b holds the records
 /// first_record .. first_record + record_count - 1.
@@ -142,10 +144,13 @@ public:
   /// Told of a block that cannot be had, and why.
   using FetchFailed = std::function<void(std::uint32_t block, const Error& error)>;
   /// The bytes of `blocks` (ascending), near ones by one request, but of those that cannot be read or whose hash does
-  /// not match. `is_stopped`: see RangeReader; then the rest fails as cancelled.
+  /// not match: these `failed` is told of before more is read. `is_wanted` is asked just before each request that a
+  /// block would be in, `is_stopped` before each, see RangeReader; what is then not read is left out.
   /// Thread rule: const.
-  [[nodiscard]] std::vector<FetchedBlock> fetch(std::span<const std::uint32_t> blocks, const FetchFailed& failed,
-                                                const std::function<bool()>& is_stopped = {}) const;
+  [[nodiscard]] std::vector<FetchedBlock> fetch(
+      std::span<const std::uint32_t> blocks, const FetchFailed& failed,
+      const std::function<bool(std::uint32_t block)>& is_wanted = [](std::uint32_t) { return true; },
+      const std::function<bool()>& is_stopped = {}) const;
   /// In what order the input stood; header().has_input_order. Thread rule: const.
   /// Throws Error: kIo, kCorruptFile, kLimit.
   [[nodiscard]] InputOrder read_input_order() const;

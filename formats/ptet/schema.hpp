@@ -51,7 +51,6 @@ public:
   [[nodiscard]] std::uint32_t seed_contexts() const { return growth; }
 
   // Trees of contexts, laid one behind the other in this order.
-  static constexpr std::uint32_t kSourceContexts = 64;
   static constexpr std::uint32_t kUintContexts = 128; ///< 32 lengths in a tree, 3 for each length
   std::uint32_t source = 0;                           ///< 2 x uint
   std::uint32_t index = 0;                            ///< 2 x (uint, 32 signs)

@@ -128,44 +128,57 @@ std::vector<std::byte> RangeReader::read(ByteRange range) {
   return bytes;
 }
 
-std::vector<RangeBytes> RangeReader::read_all(std::span<const ByteRange> ranges,
-                                              const std::function<bool()>& is_stopped) {
-  std::vector<RangeBytes> result(ranges.size());
+void RangeReader::read_each(std::span<const ByteRange> ranges, const IsWanted& is_wanted, const RangeRead& done,
+                            const std::function<bool()>& is_stopped) {
   const auto is_over = [&] { return is_stopped && is_stopped(); };
   const auto read_one = [&](std::size_t i) {
-    if (is_over()) {
-      result[i].failure = std::make_exception_ptr(Error(ErrorCode::kCancelled, "reading was cancelled"));
-      return;
-    }
+    RangeBytes one;
     try {
-      result[i].bytes = read(ranges[i]);
+      one.bytes = read(ranges[i]);
     } catch (const Error&) {
-      result[i].failure = std::current_exception();
+      one.failure = std::current_exception();
     }
+    done(i, std::move(one));
   };
-  for (std::size_t begin = 0, end = 0; begin < ranges.size(); begin = end) {
-    std::uint64_t reach = ranges[begin].offset + ranges[begin].count;
-    for (end = begin + 1; end < ranges.size(); ++end) {
-      const ByteRange& next = ranges[end];
-      if (next.offset - reach > max_gap_ || next.offset + next.count - ranges[begin].offset > kLongestRequest) break;
-      reach = next.offset + next.count;
+  std::vector<std::size_t> together;
+  for (std::size_t next = 0; next < ranges.size();) {
+    together.clear();
+    std::uint64_t begin = 0, end = 0;
+    for (; next < ranges.size(); ++next) {
+      const ByteRange& range = ranges[next];
+      const std::uint64_t range_end = range.offset + range.count;
+      if (!together.empty() && (range.offset - end > max_gap_ || range_end - begin > kLongestRequest)) break;
+      if (!is_wanted(next)) continue;
+      if (together.empty()) begin = range.offset;
+      together.push_back(next);
+      end = range_end;
     }
-    if (end == begin + 1 || is_over()) {
-      for (std::size_t i = begin; i < end; ++i)
-        read_one(i);
-      continue;
-    }
-    try {
-      const auto together = read({ranges[begin].offset, reach - ranges[begin].offset});
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto first = together.begin() + static_cast<std::ptrdiff_t>(ranges[i].offset - ranges[begin].offset);
-        result[i].bytes.assign(first, first + static_cast<std::ptrdiff_t>(ranges[i].count));
+    if (!together.empty() && is_over()) return;
+    std::optional<std::vector<std::byte>> bytes;
+    if (together.size() > 1) {
+      try {
+        bytes = read({begin, end - begin});
+      } catch (const Error&) {
       }
-    } catch (const Error&) {
-      for (std::size_t i = begin; i < end; ++i)
+    }
+    for (const std::size_t i : together) {
+      if (bytes) {
+        const auto first = bytes->begin() + static_cast<std::ptrdiff_t>(ranges[i].offset - begin);
+        done(i, {{first, first + static_cast<std::ptrdiff_t>(ranges[i].count)}, nullptr});
+      } else if (together.size() == 1) {
         read_one(i);
+      } else if (is_wanted(i)) {
+        if (is_over()) return;
+        read_one(i);
+      }
     }
   }
+}
+
+std::vector<RangeBytes> RangeReader::read_all(std::span<const ByteRange> ranges) {
+  std::vector<RangeBytes> result(ranges.size());
+  read_each(
+      ranges, [](std::size_t) { return true; }, [&](std::size_t i, RangeBytes read) { result[i] = std::move(read); });
   return result;
 }
 

@@ -48,10 +48,18 @@ public:
   [[nodiscard]] std::uint64_t size() const { return size_; }
   /// Throws Error(kIo) whatever the source throws, with its words; std::bad_alloc as it is.
   [[nodiscard]] std::vector<std::byte> read(ByteRange range);
-  /// `ranges`: ascending, not overlapping. A request that fails is repeated range by range, so that a range has no
-  /// failure but its own. `is_stopped` is asked between requests; ranges left then have a failure.
-  [[nodiscard]] std::vector<RangeBytes> read_all(std::span<const ByteRange> ranges,
-                                                 const std::function<bool()>& is_stopped = {});
+  /// Whether a range, by its place among those given, is to be read. Asked just before each request that it would be
+  /// in.
+  using IsWanted = std::function<bool(std::size_t range)>;
+  /// Told of each range that was wanted, as soon as it was read or could not be.
+  using RangeRead = std::function<void(std::size_t range, RangeBytes read)>;
+  /// `ranges`: ascending, not overlapping; near ones by one request. A request that fails is repeated range by range,
+  /// so that a range has no failure but its own. `is_stopped`, if any, is asked before each request: whether that and
+  /// all others are not to be made.
+  void read_each(std::span<const ByteRange> ranges, const IsWanted& is_wanted, const RangeRead& done,
+                 const std::function<bool()>& is_stopped = {});
+  /// All of them.
+  [[nodiscard]] std::vector<RangeBytes> read_all(std::span<const ByteRange> ranges);
 
   [[nodiscard]] std::uint64_t bytes_read() const { return bytes_; }
   [[nodiscard]] std::uint64_t requests() const { return requests_; }

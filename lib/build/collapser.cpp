@@ -28,7 +28,7 @@ std::uint32_t count_of_target(double target, std::uint32_t vertices) {
 /// Whether errors are measured, or limits hold, everywhere.
 bool wants_exact(const BuildOptions& options, const ErrorLimits& limits) {
   return options.prediction == Prediction::kExact ||
-         (limits.bound_fields() && options.evaluation == Evaluation::kExact);
+         (limits.bounds_fields() && options.evaluation == Evaluation::kExact);
 }
 
 DomainError domain_error_of(const BuildOptions& options) {

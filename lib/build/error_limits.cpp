@@ -50,7 +50,7 @@ ErrorLimits::ErrorLimits(const PreparedMesh& prepared, const NormalizedFields& f
       domain_(diagonal > 0 ? statable(options.max_domain_error.absolute(diagonal) / diagonal) * diagonal : 0),
       diagonal_(diagonal) {}
 
-bool ErrorLimits::bound_fields() const {
+bool ErrorLimits::bounds_fields() const {
   return std::any_of(field_.begin(), field_.end(), [](double x) { return std::isfinite(x); });
 }
 
@@ -63,11 +63,11 @@ std::vector<double> ErrorLimits::field_weights() const {
 
 double ErrorLimits::domain_weight() const {
   // With thresholds for fields, the corner of the growing square is (field limits, domain limit).
-  return bound_fields() && domain_ > 0 ? diagonal_ / domain_ : 1 / kDomainPerField;
+  return bounds_fields() && domain_ > 0 ? diagonal_ / domain_ : 1 / kDomainPerField;
 }
 
 double ErrorLimits::measured_domain_weight() const {
-  if (bound_fields() && domain_ > 0) return 1 / domain_;
+  if (bounds_fields() && domain_ > 0) return 1 / domain_;
   return diagonal_ > 0 ? 1 / (kMeasuredDomainPerField * diagonal_) : 0;
 }
 

@@ -25,7 +25,7 @@ public:
   /// Mesh units.
   [[nodiscard]] double domain() const { return domain_; }
   /// Whether any field has a limit.
-  [[nodiscard]] bool bound_fields() const;
+  [[nodiscard]] bool bounds_fields() const;
   /// Whether one of `errors`, which are one a field or none at all, is beyond its limit.
   [[nodiscard]] bool passed_by(const std::vector<double>& errors) const {
     for (std::size_t f = 0; f < errors.size(); ++f)

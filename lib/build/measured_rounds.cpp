@@ -53,7 +53,7 @@ void MeasuredRounds::take(const std::vector<Vertex>& picked, std::uint32_t round
   std::vector<Verdict> verdicts(measured.size());
   collapser_.begin_changes();
   // Where errors have limits, many measurements end at these, and nothing is known of them.
-  if (!collapser_.limits().bound_fields())
+  if (!collapser_.limits().bounds_fields())
     known_.set_room(kKnownBytes * (collapser_.alive_count() - collapser_.target_count()));
   for (std::size_t begin = 0; begin < measured.size(); begin += kMeasuredBetweenLooks) {
     if (begin > 0) look();

@@ -150,11 +150,12 @@ int32_t ptet_extraction_is_unmet(const ptet_extraction* extraction, const ptet_r
                                  uint32_t number) {
   if (extraction == nullptr || request == nullptr) return 0;
   try {
-    const UnmetWishes unmet = unmet_wishes(request->request, extraction->extraction.mesh);
-    const auto has = [&](const std::vector<std::size_t>& numbers) {
-      return std::find(numbers.begin(), numbers.end(), number) != numbers.end() ? 1 : 0;
-    };
-    return part == PTET_PART_FOCUS ? has(unmet.focus) : part == PTET_PART_VALUES ? has(unmet.values) : 0;
+    const Request& all = request->request;
+    Request wish;
+    if (part == PTET_PART_FOCUS && number < all.focus.size()) wish.focus = {all.focus[number]};
+    if (part == PTET_PART_VALUES && number < all.values.size()) wish.values = {all.values[number]};
+    const UnmetWishes unmet = unmet_wishes(wish, extraction->extraction.mesh);
+    return unmet.focus.empty() && unmet.values.empty() ? 0 : 1;
   } catch (...) {
     return 0; // no memory to look
   }

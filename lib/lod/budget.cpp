@@ -16,11 +16,8 @@ AddedSize added_by(const Refinement& refinement, RecordId r) {
   return {1, tets, refinement.rim(r).size() - tets};
 }
 
-Budget::Budget(const Hierarchy& hierarchy, const Budgets& budgets) : hierarchy_(hierarchy), budgets_(budgets) {
-  vertex_bytes_ = 3 * size_of(hierarchy.header().position_type);
-  for (const file::ArrayInfo& array : hierarchy.header().arrays)
-    vertex_bytes_ += array.components * size_of(array.type);
-}
+Budget::Budget(const Hierarchy& hierarchy, const Budgets& budgets)
+    : hierarchy_(hierarchy), budgets_(budgets), vertex_bytes_(file::vertex_bytes(hierarchy.header())) {}
 
 std::uint64_t Budget::tets(const AddedSize& size) const {
   return hierarchy_.header().base_tet_count + size.tets;

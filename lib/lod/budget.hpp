@@ -67,7 +67,7 @@ private:
 
   const Hierarchy& hierarchy_;
   const Budgets& budgets_;
-  std::uint64_t vertex_bytes_ = 0;
+  std::uint64_t vertex_bytes_;
 };
 
 } // namespace ptet

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <optional>
 
 namespace ptet {
@@ -36,6 +37,7 @@ public:
         cancellation_(progress), blocks_(hierarchy.blocks()), begin_(Clock::now()) {}
 
   FoundCut run() {
+    cancellation_.check();
     const Loader::Turn turn(hierarchy_.loader(), until(), progress_ ? &cancellation_ : nullptr);
     may_load_ = turn.has_come();
     Lock lock = search();
@@ -62,11 +64,7 @@ private:
     cut_.read = blocks_of(promised);
     if (request_.budgets.any()) {
       read_promised();
-      if (!is_time_up_ || !may_load_) return spend(promised, wished);
-      Lock lock = hierarchy_.lock();
-      keep_loaded(cut_.read);
-      apply_promised(promised, cut_.read);
-      return lock;
+      return spend(promised, wished);
     }
     const BlockSet more = blocks_of(wished);
     for (std::size_t b = 0; b < blocks_.size(); ++b)
@@ -117,6 +115,7 @@ private:
     }
     hierarchy_.close(set);
     const BlockSet wanted = set;
+    if (!request_.budgets.max_seconds) hierarchy_.loader().leave_out_failed(set, cut_.missing); // else see read_in_time
     if (!hierarchy_.loader().load_when_free(set, until(), progress_ ? &cancellation_ : nullptr)) {
       is_time_up_ = true; // what was left unread for want of time does not count as missing
       return;
@@ -136,9 +135,16 @@ private:
   // ---- time ----
 
   /// Whether it is time to stop: a mesh of so many tets can only just be put out in what time is left.
-  [[nodiscard]] bool is_late(std::uint64_t tets) const {
+  [[nodiscard]] bool is_late(std::uint64_t tets, double grace = 0) const {
     if (!request_.budgets.max_seconds) return false;
-    return seconds_left(tets) <= 0;
+    return seconds_left(tets) + grace <= 0;
+  }
+  /// Seconds more than there are for making something of what was read, where reading took all of them; without limit
+  /// where others read all the time: what is there is there.
+  [[nodiscard]] double grace_for_taking() const {
+    constexpr double kPart = 0.25;
+    if (!may_load_) return std::numeric_limits<double>::infinity();
+    return is_time_up_ && request_.budgets.max_seconds ? kPart * *request_.budgets.max_seconds : 0;
   }
   /// The seconds left for reading, when a mesh of so many tets is to be put out afterwards.
   [[nodiscard]] double seconds_left(std::uint64_t tets) const {
@@ -226,7 +232,7 @@ private:
     BlockDemands demands;
     demands.reserve(blocks_.size());
     for (const file::BlockInfo& block : blocks_)
-      demands.push_back(wants.of_block(block));
+      demands.push_back(wants.demand_in(block));
     return demands;
   }
   static BlockSet blocks_of(const BlockDemands& demands) {
@@ -242,18 +248,23 @@ private:
   template <class F>
   void for_each_wanted(const Wants& wants, BlockDemand demand, const file::BlockInfo& block, F&& f) const {
     if (demand == BlockDemand::kNone) return;
+    const WantsOfBlock here = wants.of_block(block);
     for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
-      if (demand == BlockDemand::kAll || wants.wants(hierarchy_, RecordId{r})) f(r);
+      if (demand == BlockDemand::kAll || here.wants(hierarchy_, RecordId{r})) f(r);
   }
   void apply(const Wants& wants, const BlockDemands& demands, const BlockSet& blocks) {
     for (std::size_t b = 0; b < blocks_.size(); ++b)
       if (blocks[b] != 0) for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) { cut_.applied[r] = 1; });
   }
-  /// Nothing but what is promised, closed.
+  /// Nothing but what is promised, closed; where time is short, the coarser part of it.
   void apply_promised(const BlockDemands& promised, const BlockSet& blocks) {
     cut_.applied.assign(hierarchy_.header().record_count, 0);
-    apply(request_.demand.promised, promised, blocks);
-    close_over_parents();
+    if (request_.budgets.max_seconds) {
+      take_down_to(0, request_.demand.promised, promised, blocks, Until::kLate);
+    } else {
+      apply(request_.demand.promised, promised, blocks);
+      close_over_parents();
+    }
   }
 
   void close_over_parents() {
@@ -287,27 +298,32 @@ private:
   Lock spend(const BlockDemands& promised, const BlockDemands& wished) {
     const BlocksByOrder by_key = in_order(blocks_of(wished));
     const BlockSet promised_blocks = cut_.read, promised_missing = cut_.missing;
-    std::uint64_t expected = 0;
-    {
-      const Lock lock = hierarchy_.lock();
-      keep_loaded(cut_.read);
-      apply_promised(promised, cut_.read);
-      expected = spent_on(cut_.applied).expected_records();
-    }
+    Lock lock = hierarchy_.lock();
+    keep_loaded(cut_.read);
+    apply_promised(promised, cut_.read);
+    if (is_time_up_ && may_load_) return lock;
+    const BlockSet applied_from = cut_.read;
+    const std::vector<char> applied_first = cut_.applied;
+    const std::uint64_t expected_first = spent_on(cut_.applied).expected_records();
+    lock.unlock();
     // Every wanted record with a key of at least `reach` is in memory.
+    std::uint64_t expected = expected_first;
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
     while (true) {
       reach = read_down_to(reach, by_key, promised_blocks);
       const bool has_read_all =
           by_key.empty() || reach <= by_key.back().first || hierarchy_.loader().waits_for(cut_.missing);
       if (has_read_all) reach = 0;
-      Lock lock = hierarchy_.lock();
+      lock = hierarchy_.lock();
       keep_loaded(cut_.read);
       BlockSet promised_read = promised_blocks;
       intersect(promised_read, cut_.read);
-      apply_promised(promised, promised_read);
+      if (promised_read == applied_from)
+        cut_.applied = applied_first;
+      else
+        apply_promised(promised, promised_read);
       const bool promised_fits = spent_on(cut_.applied).fits();
-      const std::uint32_t stop = take_down_to(reach, request_.demand.wished, wished);
+      const std::uint32_t stop = take_down_to(reach, request_.demand.wished, wished, cut_.read, Until::kFull);
       if (stop != kNoKey || has_read_all || is_time_up_) {
         stopped_by_budget_ = stop != kNoKey || !promised_fits;
         // Blocks that were read, or could not be had, on the way here do not count, only those that the end of the
@@ -319,6 +335,7 @@ private:
         }
         return lock;
       }
+      lock.unlock();
       expected *= 2;
       reach = std::min<std::uint32_t>(budget_.key_of_rank(by_key, expected), reach - 1);
     }
@@ -353,29 +370,37 @@ private:
     return is_time_up_ ? 0 : reach;
   }
 
-  // Takes the wanted records, each with all that it needs, in their order, as long as they fit. Returns the key of the
-  // first that does not, or none.
-  std::uint32_t take_down_to(std::uint32_t reach, const Wants& wants, const BlockDemands& demands) {
+  enum class Until { kFull, kLate }; ///< how long to take records: as long as they fit and there is time; or the latter
+
+  // Takes the wanted records of `blocks` whose key is at least `reach`, each with all that it needs, in their order.
+  // Returns the key of the first that does not fit, or none. A block is looked at when its first record may be next, so
+  // that what ends soon has not looked at much.
+  std::uint32_t take_down_to(std::uint32_t reach, const Wants& wants, const BlockDemands& demands,
+                             const BlockSet& blocks, Until until) {
+    constexpr std::size_t kBetweenLooks = 256; // at the clock
+    const double grace = grace_for_taking();
+    Spending spending = spent_on(cut_.applied);
+    bool is_too_late = false;
+    const auto look_at_clock = [&] { return is_too_late = is_late(spending.tets(), grace); };
+    const BlocksByOrder by_key = in_order(blocks);
+    auto block = by_key.begin();
     std::vector<std::vector<BudgetRank>> with_key(kNoKey);
-    for (std::size_t b = 0; b < blocks_.size(); ++b)
-      if (cut_.read[b] != 0 && blocks_[b].max_order >= reach)
-        for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) {
+    std::vector<std::uint32_t> taken;
+    for (std::uint32_t key = kNoKey; key-- > reach && !look_at_clock();) {
+      for (; block != by_key.end() && block->first >= key && !look_at_clock(); ++block)
+        for_each_wanted(wants, demands[block->second], blocks_[block->second], [&](std::uint32_t r) {
           if (cut_.applied[r] == 0 && content().order[r] >= reach)
             with_key[content().order[r]].push_back({content().order[r], content().generation[r], r});
         });
-    Spending spending = spent_on(cut_.applied);
-    std::vector<std::uint32_t> taken;
-    for (std::uint32_t key = kNoKey; key-- > reach;) {
-      if (!is_time_up_ && is_late(spending.tets())) {
-        is_time_up_ = true;
-        return kNoKey;
-      }
       // All records of a key are taken at once; only those of the key at which the budget ends must be sorted.
       taken.clear();
-      for (const BudgetRank& candidate : with_key[key])
-        take(candidate.record, spending, taken);
-      if (taken.empty() || spending.fits()) continue;
+      for (std::size_t i = 0; i < with_key[key].size() && !is_too_late; ++i) {
+        take(with_key[key][i].record, spending, taken);
+        if (i % kBetweenLooks == kBetweenLooks - 1) look_at_clock();
+      }
+      if (taken.empty() || until == Until::kLate || spending.fits()) continue;
       give_back(spending, taken);
+      if (is_too_late) break;
       std::sort(with_key[key].begin(), with_key[key].end());
       for (const BudgetRank& candidate : with_key[key]) {
         taken.clear();
@@ -385,6 +410,7 @@ private:
         return key;
       }
     }
+    if (is_too_late) is_time_up_ = true;
     return kNoKey;
   }
 

@@ -3,6 +3,7 @@
 #include "lod/dataset_impl.hpp"
 #include "lod/extraction.hpp"
 #include "lod/input_order.hpp"
+#include "lod/mean_errors.hpp"
 #include "lod/provenance.hpp"
 #include "record/order_code.hpp"
 

@@ -178,17 +178,20 @@ bool Wants::are_closed() const {
   });
 }
 
-BlockDemand Wants::of_block(const file::BlockInfo& block) const {
-  BlockDemand most = BlockDemand::kNone;
-  for (const Want& want : wants_)
-    most = std::max(most, std::visit([&](const auto& w) { return ptet::of_block(w, block); }, want));
-  return most;
+WantsOfBlock Wants::of_block(const file::BlockInfo& block) const {
+  WantsOfBlock some;
+  for (const Want& want : wants_) {
+    const BlockDemand demand = std::visit([&](const auto& w) { return ptet::of_block(w, block); }, want);
+    if (demand != BlockDemand::kNone) some.wants_.push_back(&want);
+    some.demand_ = std::max(some.demand_, demand);
+  }
+  return some;
 }
 
-bool Wants::wants(const Hierarchy& hierarchy, RecordId r) const {
+bool WantsOfBlock::wants(const Hierarchy& hierarchy, RecordId r) const {
   const Record record{hierarchy, r};
-  return std::any_of(wants_.begin(), wants_.end(), [&](const Want& want) {
-    return std::visit([&](const auto& w) { return wants_record(w, record); }, want);
+  return std::any_of(wants_.begin(), wants_.end(), [&](const Want* want) {
+    return std::visit([&](const auto& w) { return wants_record(w, record); }, *want);
   });
 }
 

@@ -82,6 +82,22 @@ struct WantBounded {
 };
 using Want = std::variant<WantAll, WantInside, WantNear, WantBounded>;
 
+/// Of some wants those that the records of one block may be asked for by: few, of however many. They must outlive it.
+class WantsOfBlock {
+public:
+  /// What the block table tells.
+  [[nodiscard]] BlockDemand demand() const { return demand_; }
+  /// Of a record of the block, where that is wanted in part. The lock must be held and the record be loaded. Depends on
+  /// the record alone: not on what else is in memory.
+  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const;
+
+private:
+  friend class Wants;
+
+  BlockDemand demand_ = BlockDemand::kNone;
+  boost::container::small_vector<const Want*, 8> wants_;
+};
+
 /// The splits that any of some wants asks for.
 class Wants {
 public:
@@ -91,10 +107,8 @@ public:
   /// Whether with every record that is wanted its parents are, too.
   [[nodiscard]] bool are_closed() const;
 
-  [[nodiscard]] BlockDemand of_block(const file::BlockInfo& block) const;
-  /// Of a record of a block that is wanted in part. The lock must be held and the record be loaded. Depends on the
-  /// record alone: not on what else is in memory.
-  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const;
+  [[nodiscard]] BlockDemand demand_in(const file::BlockInfo& block) const { return of_block(block).demand(); }
+  [[nodiscard]] WantsOfBlock of_block(const file::BlockInfo& block) const;
 
   friend bool operator==(const Wants&, const Wants&) = default;
 
@@ -106,13 +120,6 @@ private:
 struct Demand {
   Wants promised; ///< whatever the budgets for size are
   Wants wished;   ///< as far as they go
-
-  [[nodiscard]] BlockDemand of_block(const file::BlockInfo& block) const {
-    return std::max(promised.of_block(block), wished.of_block(block));
-  }
-  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const {
-    return promised.wants(hierarchy, r) || wished.wants(hierarchy, r);
-  }
 
   friend bool operator==(const Demand&, const Demand&) = default;
 };

@@ -1,5 +1,6 @@
 #include "lod/load_queue.hpp"
 
+#include "formats/ptet/owned_mutex.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -33,6 +34,7 @@ void LoadQueue::refuse_orphaned() const {
 }
 
 void LoadQueue::ask_for(const BlockSet& set, const void* asker) {
+  refuse_own_thread();
   {
     const std::lock_guard guard(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -97,8 +99,14 @@ void LoadQueue::forget(const Asked& asked) {
   if (asked_.empty()) is_done_.notify_all();
 }
 
+// A source that asks for blocks while one is read would wait for itself.
+void LoadQueue::refuse_own_thread() const {
+  if (std::this_thread::get_id() == thread_.get_id()) file::refuse_from_within();
+}
+
 void LoadQueue::wait_until_done(const ProgressCallback& progress) {
   refuse_orphaned();
+  refuse_own_thread();
   std::unique_lock guard(mutex_);
   const auto is_done = [this] { return asked_.empty(); };
   while (!is_done()) {

@@ -39,12 +39,12 @@ public:
 
   /// One that is asked again and again is queued once, as the latest. Of too many the oldest are forgotten. What the
   /// same `asker`, if any, asked for before is wanted no more.
-  /// Throws what serving threw, once, and asks for nothing then.
+  /// Throws what serving threw, once, and asks for nothing then; Error(kBadArgument) when asked by what serves.
   void ask_for(const BlockSet& set, const void* asker = nullptr);
   /// The asker is no more, or wants nothing.
   void forget_asker(const void* asker);
-  /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what serving
-  /// threw.
+  /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, what serving
+  /// threw, and Error(kBadArgument) when asked by what serves.
   void wait_until_done(const ProgressCallback& progress);
 
   /// No more parts are to be served; for what serves one to look at.
@@ -67,6 +67,7 @@ private:
   using Asked = std::shared_ptr<Request>;
   static constexpr std::size_t kMaxQueued = 64;
 
+  void refuse_own_thread() const;
   void work();
   [[nodiscard]] Asked wait_for_first();
   void forget(const Asked& asked);

@@ -264,9 +264,9 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
 }
 
 // Reads the bytes of the blocks of the set that are not in `loaded`. Takes out of the set those that cannot be had and
-// those that need them.
+// those that need them: these are not read any more.
 std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loaded, Cancellation* cancellation) {
-  std::vector<std::uint32_t> wanted, out;
+  std::vector<std::uint32_t> wanted;
   std::vector<file::FetchedBlock> fetched;
   for (const std::uint32_t b : members(set)) {
     if (loaded[b] != 0) continue;
@@ -279,10 +279,10 @@ std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loa
   auto read = reader_.fetch(
       wanted,
       [&](std::uint32_t b, const Error& error) {
-        out.push_back(b);
-        if (error.code() != ErrorCode::kCancelled)
-          losses_.note({b, reader_.blocks()[b].offset, error.code(), error.what()});
+        losses_.note({b, reader_.blocks()[b].offset, error.code(), error.what()});
+        needs_.leave_out(set, {b}, loaded);
       },
+      [&](std::uint32_t b) { return set[b] != 0; },
       [&] { return is_stopped() || (cancellation != nullptr && cancellation->is_wanted()); });
   if (is_stopped()) throw Stopped{};
   if (cancellation != nullptr) cancellation->check();
@@ -290,7 +290,6 @@ std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loa
     if (stored_) stored_->keep(block);
     fetched.push_back(std::move(block));
   }
-  needs_.leave_out(set, std::move(out), loaded);
   std::erase_if(fetched, [&](const file::FetchedBlock& block) { return set[block.block] == 0; });
   std::sort(fetched.begin(), fetched.end(), [](const auto& a, const auto& b) { return a.block < b.block; });
   return fetched;
@@ -402,6 +401,14 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
 }
 
 // ---- why not ----
+
+void Loader::leave_out_failed(BlockSet& set, const BlockSet& missing) {
+  if (in_background_ || std::find(missing.begin(), missing.end(), 1) == missing.end()) return;
+  std::vector<std::uint32_t> failed = losses_.failed();
+  std::erase_if(failed, [&](std::uint32_t b) { return missing[b] == 0; });
+  const auto guard = lock();
+  needs_.leave_out(set, std::move(failed), content_.block_loaded);
+}
 
 bool Loader::waits_for(const BlockSet& missing) const {
   if (std::find(missing.begin(), missing.end(), 1) == missing.end()) return false;

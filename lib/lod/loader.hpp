@@ -87,6 +87,9 @@ public:
   /// Whether who lacks these blocks had better not go on to further ones: they are still to be read, or memory is
   /// short.
   [[nodiscard]] bool waits_for(const BlockSet& missing) const;
+  /// Takes out of the set those that are missing because they could not be read, and what needs them: not to be tried
+  /// twice for one request. Where a thread loads in the background it is the one to know.
+  void leave_out_failed(BlockSet& set, const BlockSet& missing);
 
   /// Returns once nothing asked for is left to do. Throws Error(kCancelled) when `progress` says so, and what the
   /// thread met besides block failures.

@@ -261,7 +261,7 @@ void resolve(const Request& request, const file::Header& header, ResolvedRequest
       !request.field_error.empty() || request.domain_error || !request.values.empty() || request.view;
   if (has_bounds) demand.wished.add(bounded(request, resolved, header));
   // A budget is spent on what is asked outside the focus, and where nothing is, on everything.
-  if (demand.wished.empty() && (resolved.budgets.limit_size() || request.focus.empty())) demand.wished.add(WantAll{});
+  if (demand.wished.empty() && (resolved.budgets.limits_size() || request.focus.empty())) demand.wished.add(WantAll{});
   resolved.when_met = has_bounds ? LimitedBy::kError : LimitedBy::kFocus;
 }
 

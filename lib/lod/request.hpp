@@ -14,11 +14,8 @@ struct Budgets {
   std::optional<std::uint64_t> max_tets, max_vertices, max_bytes;
   std::optional<double> max_seconds;
 
-  [[nodiscard]] bool limit_size() const { return max_tets || max_vertices || max_bytes; }
-  [[nodiscard]] bool has_size_of(const Budgets& other) const {
-    return max_tets == other.max_tets && max_vertices == other.max_vertices && max_bytes == other.max_bytes;
-  }
-  [[nodiscard]] bool any() const { return limit_size() || max_seconds; }
+  [[nodiscard]] bool limits_size() const { return max_tets || max_vertices || max_bytes; }
+  [[nodiscard]] bool any() const { return limits_size() || max_seconds; }
 };
 
 struct ResolvedRequest {

@@ -32,18 +32,18 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
 
   const Demand& demand = request_.demand;
   for (std::size_t b = 0; b < blocks_.size(); ++b)
-    promised_read_[b] = demand.promised.of_block(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
+    promised_read_[b] = demand.promised.demand_in(blocks_[b]) == BlockDemand::kNone ? 0 : 1;
   hierarchy_.close(promised_read_, open_);
   read_ = promised_read_;
   for (std::size_t b = 0; b < blocks_.size(); ++b)
     if (request_.origins ||
-        (!request_.budgets.limit_size() && demand.wished.of_block(blocks_[b]) != BlockDemand::kNone))
+        (!request_.budgets.limits_size() && demand.wished.demand_in(blocks_[b]) != BlockDemand::kNone))
       read_[b] = 1;
   read_closed(read_);
   std::shared_lock lock = hierarchy_.lock();
   meet_new_blocks();
   update_promised(promised_changed ? met_ : newly_met_);
-  if (request_.budgets.limit_size()) {
+  if (request_.budgets.limits_size()) {
     spend_budget(lock);
   } else {
     update_wished(0);
@@ -56,6 +56,7 @@ std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& reque
 void RunningCut::read_closed(BlockSet& set) {
   hierarchy_.close(set, open_);
   asked_for_ = set;
+  hierarchy_.loader().leave_out_failed(set, missing_);
   if (is_out_of_time_)
     hierarchy_.loader().keep_loaded(set);
   else if (until_)
@@ -87,13 +88,14 @@ bool RunningCut::meet_new_blocks() {
 void RunningCut::update_promised(std::span<const std::uint32_t> which) {
   leaving_.clear();
   for (const std::uint32_t b : which) {
-    const BlockDemand now = request_.demand.promised.of_block(blocks_[b]);
+    const WantsOfBlock here = request_.demand.promised.of_block(blocks_[b]);
+    const BlockDemand now = here.demand();
     const BlockDemand before = std::exchange(promised_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
     for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wanted = now == BlockDemand::kAll ||
-                             (now == BlockDemand::kSome && request_.demand.promised.wants(hierarchy_, RecordId{r}));
+      const bool is_wanted =
+          now == BlockDemand::kAll || (now == BlockDemand::kSome && here.wants(hierarchy_, RecordId{r}));
       if (is_wanted == ((flags_[r] & kPromised) != 0)) continue;
       flags_[r] ^= kPromised;
       if (is_wanted)
@@ -147,13 +149,14 @@ void RunningCut::update_wished(OrderCode key) {
   for (const std::uint32_t b : met_) {
     if (is_current_[b] != 0 || blocks_[b].max_order < key) continue;
     is_current_[b] = 1;
-    const BlockDemand now = request_.demand.wished.of_block(blocks_[b]);
+    const WantsOfBlock here = request_.demand.wished.of_block(blocks_[b]);
+    const BlockDemand now = here.demand();
     const BlockDemand before = std::exchange(wished_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
     for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wished = now == BlockDemand::kAll ||
-                             (now == BlockDemand::kSome && request_.demand.wished.wants(hierarchy_, RecordId{r}));
+      const bool is_wished =
+          now == BlockDemand::kAll || (now == BlockDemand::kSome && here.wants(hierarchy_, RecordId{r}));
       if (is_wished == ((flags_[r] & kWished) != 0)) continue;
       flags_[r] ^= kWished;
       if (counts_wishes_) {
@@ -202,7 +205,7 @@ void RunningCut::spend_budget(std::shared_lock<std::shared_mutex>& lock) {
   const Budget budget(hierarchy_, request_.budgets);
   by_key_.clear();
   for (std::uint32_t b = 0; b < blocks_.size(); ++b)
-    if (request_.demand.wished.of_block(blocks_[b]) != BlockDemand::kNone)
+    if (request_.demand.wished.demand_in(blocks_[b]) != BlockDemand::kNone)
       by_key_.emplace_back(blocks_[b].max_order, b);
   std::sort(by_key_.rbegin(), by_key_.rend());
   std::uint64_t expected = budget.expected_records(counted_size_);

@@ -1,5 +1,7 @@
 #include "lod/running_errors.hpp"
 
+#include "lod/extraction.hpp"
+
 #include <algorithm>
 #include <utility>
 

@@ -5,7 +5,7 @@
 // came with the split of a parent that is in the cut.
 #pragma once
 
-#include "lod/extraction.hpp"
+#include "lod/mean_errors.hpp"
 
 #include <cstdint>
 #include <optional>

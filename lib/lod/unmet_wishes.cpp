@@ -4,49 +4,121 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
+#include <limits>
+#include <map>
+#include <span>
+#include <vector>
 
 namespace ptet {
 namespace {
 
-bool is_met(const Region& region, const TetMesh& mesh) {
-  return std::any_of(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& tet) {
-    const std::array<Point, 4> corners = {mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]),
-                                          mesh.position(tet[3])};
-    return meets(region, corners);
-  });
-}
+/// Some tets, one after the other in the mesh, and so near to one another as a rule.
+using Run = std::span<const Tet>;
+constexpr std::size_t kRunLength = 128;
 
-/// Least and largest value at the corners of the tet.
-std::pair<double, double> range_in(const Tet& tet, const PointArray& array) {
-  std::array<double, 4> values{};
-  std::transform(tet.begin(), tet.end(), values.begin(), [&](VertexId v) { return magnitude(array, v); });
-  return {*std::min_element(values.begin(), values.end()), *std::max_element(values.begin(), values.end())};
-}
+struct Box {
+  Point min, max;
 
-bool is_met(const ValuesOfInterest& wanted, const TetMesh& mesh) {
-  const PointArray* const array = mesh.find(wanted.field);
-  return array != nullptr && std::any_of(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& tet) {
-           const auto [least, most] = range_in(tet, *array);
-           // Between vectors the length may fall to 0.
-           return wanted.min <= most && wanted.max >= (array->components == 1 ? least : 0);
-         });
-}
+  static Box around(const TetMesh& mesh, Run run) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    for (const Tet& tet : run)
+      for (const VertexId v : tet) {
+        const Point at = mesh.position(v);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          box.min[axis] = std::min(box.min[axis], at[axis]);
+          box.max[axis] = std::max(box.max[axis], at[axis]);
+        }
+      }
+    return box;
+  }
+};
 
-template <class Wish, class Of>
-std::vector<std::size_t> unmet(const std::vector<Wish>& wishes, const TetMesh& mesh, Of&& of) {
-  std::vector<std::size_t> places;
-  for (std::size_t i = 0; i < wishes.size(); ++i)
-    if (!is_met(of(wishes[i]), mesh)) places.push_back(i);
-  return places;
-}
+/// Of a scalar field, or of the length of a field of vectors, at the corners of tets. Nothing is in that of NaN alone.
+struct Values {
+  double least, greatest;
+
+  static Values of(const PointArray& array, Run run) {
+    Values values{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    for (const Tet& tet : run)
+      for (const VertexId v : tet) {
+        const double value = magnitude(array, v);
+        values.least = std::min(values.least, value);
+        values.greatest = std::max(values.greatest, value);
+      }
+    if (array.components > 1) values.least = std::min(values.least, 0.0); // between vectors the length may fall to 0
+    return values;
+  }
+  [[nodiscard]] bool reach(const ValuesOfInterest& wanted) const {
+    return wanted.min <= greatest && wanted.max >= least;
+  }
+};
+
+/// What each run of a mesh is in, found when it is first asked for: a box, or values.
+template <class Of>
+class Runs {
+public:
+  explicit Runs(const std::vector<Tet>& tets) : tets_(tets) {}
+
+  /// Whether `tet_meets` is true of any tet, and so `run_meets` of what its run is in. `measure`: of a run, what it is
+  /// in; the same in every call.
+  template <class Measure, class RunMeets, class TetMeets>
+  bool any_of(Measure&& measure, RunMeets&& run_meets, TetMeets&& tet_meets) {
+    for (std::size_t first = 0; first < tets_.size(); first += kRunLength) {
+      const Run run = tets_.subspan(first, std::min(kRunLength, tets_.size() - first));
+      if (first / kRunLength == measured_.size()) measured_.push_back(measure(run));
+      if (run_meets(measured_[first / kRunLength]) && std::any_of(run.begin(), run.end(), tet_meets)) return true;
+    }
+    return false;
+  }
+
+private:
+  std::span<const Tet> tets_;
+  std::vector<Of> measured_;
+};
+
+class WishCheck {
+public:
+  explicit WishCheck(const TetMesh& mesh) : mesh_(mesh), boxes_(mesh.tets) {}
+
+  bool is_met(const Focus& focus) {
+    return boxes_.any_of([&](Run run) { return Box::around(mesh_, run); },
+                         [&](const Box& box) { return meets(focus.region, box.min, box.max); },
+                         [&](const Tet& tet) {
+                           const std::array<Point, 4> corners = {mesh_.position(tet[0]), mesh_.position(tet[1]),
+                                                                 mesh_.position(tet[2]), mesh_.position(tet[3])};
+                           return meets(focus.region, corners);
+                         });
+  }
+  bool is_met(const ValuesOfInterest& wanted) {
+    const PointArray* const array = mesh_.find(wanted.field);
+    if (array == nullptr) return false;
+    return values_.try_emplace(array, mesh_.tets)
+        .first->second.any_of([&](Run run) { return Values::of(*array, run); },
+                              [&](const Values& values) { return values.reach(wanted); },
+                              [&](const Tet& tet) {
+                                return Values::of(*array, {&tet, 1}).reach(wanted);
+                              });
+  }
+  template <class Wish>
+  std::vector<std::size_t> unmet(const std::vector<Wish>& wishes) {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < wishes.size(); ++i)
+      if (!is_met(wishes[i])) places.push_back(i);
+    return places;
+  }
+
+private:
+  const TetMesh& mesh_;
+  Runs<Box> boxes_;
+  std::map<const PointArray*, Runs<Values>> values_;
+};
 
 } // namespace
 
 UnmetWishes unmet_wishes(const Request& request, const TetMesh& mesh) {
-  return {
-      unmet(request.focus, mesh, [](const Focus& focus) -> const Region& { return focus.region; }),
-      unmet(request.values, mesh, [](const ValuesOfInterest& wanted) -> const ValuesOfInterest& { return wanted; })};
+  WishCheck check(mesh);
+  return {check.unmet(request.focus), check.unmet(request.values)};
 }
 
 } // namespace ptet

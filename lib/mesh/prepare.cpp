@@ -4,6 +4,7 @@
 #include "mesh/disjoint_sets.hpp"
 #include "mesh/examination.hpp"
 #include "mesh/local_origin.hpp"
+#include "mesh/morton.hpp"
 #include "mesh/rows.hpp"
 #include "ptet/error.hpp"
 
@@ -13,17 +14,6 @@
 namespace ptet {
 
 namespace {
-
-/// Spreads the low 21 bits of x three apart.
-std::uint64_t spread(std::uint64_t x) {
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x1f00000000ffff;
-  x = (x | x << 16) & 0x1f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  x = (x | x << 2) & 0x1249249249249249;
-  return x;
-}
 
 BoundingBox box_of_used(const std::vector<Point>& points, const VertexLinks& links) {
   BoundingBox box;
@@ -51,7 +41,7 @@ std::vector<VertexId> vertex_order(const std::vector<Point>& points, const Verte
   };
   for (auto& [key, v] : curve) {
     const Point& p = points[v.index()];
-    key = spread(quantised(p, 0)) | spread(quantised(p, 1)) << 1 | spread(quantised(p, 2)) << 2;
+    key = morton_spread(quantised(p, 0)) | morton_spread(quantised(p, 1)) << 1 | morton_spread(quantised(p, 2)) << 2;
   }
   std::sort(curve.begin(), curve.end());
   std::vector<VertexId> order;

@@ -8,6 +8,7 @@
 #include "support/session_checks.hpp"
 
 #include <algorithm>
+#include <map>
 #include <random>
 #include <set>
 
@@ -115,6 +116,33 @@ TEST_CASE("every read fails in turn: opening is refused, answers are coarser, an
     if (count < failing) break; // it never came to that read
   }
   CHECK(opened > 1);
+}
+
+TEST_CASE("of a source that is down nothing is asked twice for one request, nor what needs what was not had") {
+  const LoadingSample& s = sample();
+  for (const Request& request : s.requests) {
+    const auto source = std::make_shared<FailingSource>(s.bytes);
+    const auto dataset = Dataset::open(source);
+    std::map<std::pair<std::uint64_t, std::uint64_t>, int> asked;
+    source->set([&asked](std::uint64_t offset, std::uint64_t count) { return ++asked[{offset, count}] > 0; });
+    const auto check_asked = [&] {
+      for (const auto& [range, times] : asked) {
+        CHECK(times == 1);
+        const auto block = std::find_if(s.blocks.begin(), s.blocks.end(), [&, at = range](const file::BlockInfo& b) {
+          return b.offset == at.first && b.stored_bytes == at.second;
+        });
+        if (block != s.blocks.end()) CHECK(block->needs.empty());
+      }
+      asked.clear();
+    };
+    const Extraction extraction = dataset->extract(request);
+    check_asked();
+    for (const BlockFailure& failure : extraction.failures)
+      CHECK(s.blocks[failure.block].needs.empty());
+    Session session(dataset);
+    CHECK(session.update(request).complete == extraction.complete);
+    check_asked();
+  }
 }
 
 // With a time to keep blocks are read one after the other, with what they need: what failed once may be had the next

@@ -472,6 +472,27 @@ TEST_CASE("a source, or a report of progress, that asks its own dataset gets an 
   }
 }
 
+TEST_CASE("a source that waits for its dataset, read in the background, is refused") {
+  const LoadingSample& s = sample();
+  const auto source = std::make_shared<test::FailingSource>(s.bytes);
+  OpenOptions options;
+  options.background = true;
+  const auto dataset = Dataset::open(source, options);
+  std::atomic<int> refused = 0;
+  source->set([&](std::uint64_t, std::uint64_t) {
+    try {
+      dataset->wait_until_loaded();
+    } catch (const Error& error) {
+      refused += error.code() == ErrorCode::kBadArgument ? 1 : 0;
+    }
+    return false;
+  });
+  (void)dataset->extract({});
+  dataset->wait_until_loaded();
+  CHECK(refused > 0);
+  CHECK(dataset->extract({}).complete);
+}
+
 TEST_CASE("loading that is cancelled leaves the blocks that were decoded, closed and sound") {
   const LoadingSample& s = sample();
   std::set<std::ptrdiff_t> counts;

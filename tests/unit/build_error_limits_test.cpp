@@ -48,5 +48,5 @@ TEST_CASE("error limits: those that the file holds as they are, none at all, and
   const build::ErrorLimits limits(prepared, fields, options, 3);
   CHECK(std::isinf(limits.field().front()));
   CHECK(std::isinf(limits.domain()));
-  CHECK_FALSE(limits.bound_fields());
+  CHECK_FALSE(limits.bounds_fields());
 }

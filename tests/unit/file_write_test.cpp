@@ -147,15 +147,29 @@ TEST_CASE("whatever a source throws is an error of reading, with its place") {
   CHECK(error_of(90, 11).code() == ErrorCode::kCorruptFile);
   CHECK(error_of(101, 0).code() == ErrorCode::kCorruptFile);
 
-  // Together, what can be read is read; what is left when it is stopped is cancelled.
+  // Together, what can be read is read.
   const std::vector<file::ByteRange> ranges = {{8, 1}, {10, 1}, {11, 1}, {60, 5}};
   const auto read = reader.read_all(ranges);
   CHECK(read[0].bytes.size() == 1);
   CHECK(read[1].failure != nullptr);
   CHECK(read[2].bytes.size() == 1);
   CHECK(read[3].bytes.size() == 5);
-  for (const auto& part : reader.read_all(ranges, [] { return true; }))
-    CHECK(part.failure != nullptr);
+
+  // What is wanted no more once another has failed is not asked for.
+  const std::uint64_t requests = reader.requests();
+  std::vector<std::size_t> done;
+  bool has_failed = false;
+  reader.read_each(
+      ranges, [&](std::size_t i) { return i == 0 || !has_failed; },
+      [&](std::size_t i, const file::RangeBytes& part) {
+        has_failed |= part.failure != nullptr;
+        done.push_back(i);
+      });
+  reader.read_each(
+      ranges, [](std::size_t) { return true; }, [&](std::size_t i, const file::RangeBytes&) { done.push_back(i); },
+      [] { return true; });
+  CHECK(done == std::vector<std::size_t>{0, 1});
+  CHECK(reader.requests() - requests == 3); // 0; 1 and 2, as they lie together; 1
 
   const auto bytes = file::over_memory(std::vector<std::byte>(8));
   std::vector<std::byte> into(4);

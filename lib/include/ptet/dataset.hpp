@@ -38,7 +38,9 @@ struct FieldInfo {
   ScalarType type = ScalarType::kFloat32;
   std::uint32_t components = 1;
   bool governing = false; ///< its errors are in the file
-  double range = 0;       ///< largest minus least value; for vectors the diagonal of the box of values
+  /// Largest minus least value; for vectors the diagonal of the box of values. 0 of a field that does not govern: the
+  /// file does not tell.
+  double range = 0;
 };
 
 struct DatasetInfo {
@@ -116,7 +118,8 @@ struct Extraction {
   /// its error is large. 0 without a view.
   double pixels_in_view = 0;
   LimitedBy limited_by = LimitedBy::kNothing;
-  /// Whether all blocks were there that the request depends on. If not, limited_by says why; the mesh is conforming,
+  /// Whether all blocks were there that the request depends on, as far as it had the time to ask for them: where
+  /// limited_by is kTime, asking again may give more. If not, limited_by says why; the mesh is conforming,
   /// coarser than asked where records are missing, and the errors stated are those of this mesh: field_error and
   /// domain_error may be above the bounds asked. Where made_by is none, the tet may then be made by a missing record.
   bool complete = true;
@@ -133,9 +136,9 @@ struct UnmetWishes {
   std::vector<std::size_t> focus;  ///< indices into Request::focus of the regions that no tet of the mesh meets
   std::vector<std::size_t> values; ///< indices into Request::values of the intervals that no point has a value in
 };
-/// `mesh`: that of the Extraction that answered the request, which should be complete: what is missing of another may
-/// have what was asked for. Thread rule: const. Cost: next to nothing for what is met, a look at every tet for what is
-/// not.
+/// `mesh`: that of the Extraction that answered the request, which should be complete, and not be limited by time or a
+/// budget: what is missing of another may have what was asked for. Thread rule: const. Cost: a look at every tet at
+/// most, and at a hundredth of them for each further wish.
 [[nodiscard]] UnmetWishes unmet_wishes(const Request& request, const TetMesh& mesh);
 
 /// What the file says of a tet by the record that made it, see Extraction::made_by.

@@ -150,7 +150,8 @@ typedef struct ptet_field_info {
   uint32_t components;
   int32_t governing; /* 1: its errors are in the file; 0: it is carried along */
   uint32_t reserved; /* 0 */
-  double range; /* largest minus least value (vectors: diagonal of the box of values): what relative errors refer to */
+  double range; /* largest minus least value (vectors: diagonal of the box of values): what relative errors refer to;
+                 * 0 when it does not govern: the file does not tell */
   double max_error; /* of the coarsest mesh, units of the field; NaN when it does not govern */
   double max_rms;   /* likewise the root mean square; NaN when it was not measured */
 } ptet_field_info;
@@ -310,7 +311,8 @@ typedef struct ptet_extraction_info {
   double seconds;         /* wall time of ptet_dataset_extract */
   uint64_t read_requests; /* how often the source was asked for the dataset so far */
   uint32_t failures;      /* blocks that could not be had, see ptet_extraction_get_failure */
-  int32_t complete;       /* 1: this is what was asked for; 0: blocks are missing, and the mesh is coarser there */
+  int32_t complete;       /* 0: blocks are missing, and the mesh is coarser there than was asked for. 1: none is; where
+                           * time was what limited it, asking again may give more all the same */
 } ptet_extraction_info;
 
 typedef struct ptet_block_failure {
@@ -383,8 +385,7 @@ double ptet_extraction_part_field_error(const ptet_extraction* extraction, ptet_
 double ptet_extraction_part_domain_error(const ptet_extraction* extraction, ptet_part part, uint32_t number);
 /* Not 0 where the mesh, of the request that it answers, has nothing of such a part: no tet meets the focus region, no
  * point has a value of interest. As a rule a slip of the user's, who wants to be told. 0 for PTET_PART_VIEW, for NULL,
- * and where the request has no such part. Cost: next to nothing for what is met, a look at every tet for what is not.
- */
+ * and where the request has no such part. Cost: a look at every tet at most. */
 int32_t ptet_extraction_is_unmet(const ptet_extraction* extraction, const ptet_request* request, ptet_part part,
                                  uint32_t number);
 /* The largest domain error in the picture as the view counts it, pixels; INFINITY where a face with an error comes as

@@ -62,6 +62,7 @@ public:
   /// from that of the dataset; std::bad_alloc.
   explicit Session(std::shared_ptr<const Dataset> dataset);
   ~Session();
+  /// Of one that was moved from nothing may be asked.
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
 

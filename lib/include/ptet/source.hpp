@@ -38,16 +38,16 @@ struct Limits {
 struct OpenOptions {
   /// Bytes that decoded blocks may take in memory, as far as the block table tells; 0: as many as Limits::max_bytes
   /// leaves. Matters only where not all blocks of the file fit. Then:
-  ///   - a request that needs room has blocks dropped that it does not need; one whose own blocks do not fit is
-  ///   answered
-  ///     coarser (LimitedBy::kMemory)
+  ///   - a request that needs room has blocks dropped that neither it nor the last update of a living session needs;
+  ///     one whose own blocks do not fit beside these is answered coarser (LimitedBy::kMemory)
   ///   - dropping costs what decoding all that stays costs, as it is made anew, and sessions start over from the base
   ///     mesh (SessionUpdate::renumbered)
   ///   - extractions take turns
   ///   - a sixteenth of the limit holds blocks as they are stored, those used last, which need not be read again
   std::uint64_t memory_limit = 0;
   /// A thread of the dataset reads and decodes. extract() does not wait for it but answers with what is there, see
-  /// LimitedBy::kLoading; only what Request::input_order takes it reads itself. A forked process does not have the
+  /// LimitedBy::kLoading; only what Request::input_order takes it reads itself. A block that could not be read is not
+  /// tried again for a second, however often it is asked for. A forked process does not have the
   /// thread, and every question is an Error(kIo) there: it opens the file anew.
   bool background = false;
   /// Blocks so many bytes or less apart in the file are read by one request, with what is between them. For a server
@@ -60,7 +60,7 @@ struct OpenOptions {
 struct BlockFailure {
   std::uint32_t block = 0;                  ///< row of the block table
   std::uint64_t byte_offset = 0;            ///< of the block in the file
-  ErrorCode code = ErrorCode::kCorruptFile; ///< kIo: later requests try again
+  ErrorCode code = ErrorCode::kCorruptFile; ///< kIo: later requests try again, see OpenOptions::background
   std::string message;
 };
 

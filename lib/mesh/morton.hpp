@@ -1,0 +1,19 @@
+// Places along a Morton curve.
+#pragma once
+
+#include <cstdint>
+
+namespace ptet {
+
+/// Every third bit of the result is one of the low 21 bits of `x`: those of one axis.
+[[nodiscard]] constexpr std::uint64_t morton_spread(std::uint64_t x) {
+  x &= 0x1FFFFF;
+  x = (x | x << 32) & 0x001F00000000FFFF;
+  x = (x | x << 16) & 0x001F0000FF0000FF;
+  x = (x | x << 8) & 0x100F00F00F00F00F;
+  x = (x | x << 4) & 0x10C30C30C30C30C3;
+  x = (x | x << 2) & 0x1249249249249249;
+  return x;
+}
+
+} // namespace ptet
