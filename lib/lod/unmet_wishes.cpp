@@ -13,15 +13,15 @@ namespace ptet {
 namespace {
 
 /// Some tets, one after the other in the mesh, and so near to one another as a rule.
-using Run = std::span<const Tet>;
+using TetRun = std::span<const Tet>;
 constexpr std::size_t kRunLength = 128;
 
-struct Box {
+struct BoxOfRun {
   Point min, max;
 
-  static Box around(const TetMesh& mesh, Run run) {
+  static BoxOfRun around(const TetMesh& mesh, TetRun run) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    BoxOfRun box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
     for (const Tet& tet : run)
       for (const VertexId v : tet) {
         const Point at = mesh.position(v);
@@ -35,11 +35,11 @@ struct Box {
 };
 
 /// Of a scalar field, or of the length of a field of vectors, at the corners of tets. Nothing is in that of NaN alone.
-struct Values {
+struct ValuesOfRun {
   double least, greatest;
 
-  static Values of(const PointArray& array, Run run) {
-    Values values{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  static ValuesOfRun of(const PointArray& array, TetRun run) {
+    ValuesOfRun values{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
     for (const Tet& tet : run)
       for (const VertexId v : tet) {
         const double value = magnitude(array, v);
@@ -65,7 +65,7 @@ public:
   template <class Measure, class RunMeets, class TetMeets>
   bool any_of(Measure&& measure, RunMeets&& run_meets, TetMeets&& tet_meets) {
     for (std::size_t first = 0; first < tets_.size(); first += kRunLength) {
-      const Run run = tets_.subspan(first, std::min(kRunLength, tets_.size() - first));
+      const TetRun run = tets_.subspan(first, std::min(kRunLength, tets_.size() - first));
       if (first / kRunLength == measured_.size()) measured_.push_back(measure(run));
       if (run_meets(measured_[first / kRunLength]) && std::any_of(run.begin(), run.end(), tet_meets)) return true;
     }
@@ -82,8 +82,8 @@ public:
   explicit WishCheck(const TetMesh& mesh) : mesh_(mesh), boxes_(mesh.tets) {}
 
   bool is_met(const Focus& focus) {
-    return boxes_.any_of([&](Run run) { return Box::around(mesh_, run); },
-                         [&](const Box& box) { return meets(focus.region, box.min, box.max); },
+    return boxes_.any_of([&](TetRun run) { return BoxOfRun::around(mesh_, run); },
+                         [&](const BoxOfRun& box) { return meets(focus.region, box.min, box.max); },
                          [&](const Tet& tet) {
                            const std::array<Point, 4> corners = {mesh_.position(tet[0]), mesh_.position(tet[1]),
                                                                  mesh_.position(tet[2]), mesh_.position(tet[3])};
@@ -94,10 +94,10 @@ public:
     const PointArray* const array = mesh_.find(wanted.field);
     if (array == nullptr) return false;
     return values_.try_emplace(array, mesh_.tets)
-        .first->second.any_of([&](Run run) { return Values::of(*array, run); },
-                              [&](const Values& values) { return values.reach(wanted); },
+        .first->second.any_of([&](TetRun run) { return ValuesOfRun::of(*array, run); },
+                              [&](const ValuesOfRun& values) { return values.reach(wanted); },
                               [&](const Tet& tet) {
-                                return Values::of(*array, {&tet, 1}).reach(wanted);
+                                return ValuesOfRun::of(*array, {&tet, 1}).reach(wanted);
                               });
   }
   template <class Wish>
@@ -110,8 +110,8 @@ public:
 
 private:
   const TetMesh& mesh_;
-  Runs<Box> boxes_;
-  std::map<const PointArray*, Runs<Values>> values_;
+  Runs<BoxOfRun> boxes_;
+  std::map<const PointArray*, Runs<ValuesOfRun>> values_;
 };
 
 } // namespace
