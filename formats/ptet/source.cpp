@@ -131,15 +131,6 @@ std::vector<std::byte> RangeReader::read(ByteRange range) {
 void RangeReader::read_each(std::span<const ByteRange> ranges, const IsWanted& is_wanted, const RangeRead& done,
                             const std::function<bool()>& is_stopped) {
   const auto is_over = [&] { return is_stopped && is_stopped(); };
-  const auto read_one = [&](std::size_t i) {
-    RangeBytes one;
-    try {
-      one.bytes = read(ranges[i]);
-    } catch (const Error&) {
-      one.failure = std::current_exception();
-    }
-    done(i, std::move(one));
-  };
   std::vector<std::size_t> together;
   for (std::size_t next = 0; next < ranges.size();) {
     together.clear();
@@ -153,24 +144,29 @@ void RangeReader::read_each(std::span<const ByteRange> ranges, const IsWanted& i
       together.push_back(next);
       end = range_end;
     }
-    if (!together.empty() && is_over()) return;
     std::optional<std::vector<std::byte>> bytes;
     if (together.size() > 1) {
+      if (is_over()) return;
       try {
         bytes = read({begin, end - begin});
       } catch (const Error&) {
       }
     }
     for (const std::size_t i : together) {
+      RangeBytes one;
       if (bytes) {
         const auto first = bytes->begin() + static_cast<std::ptrdiff_t>(ranges[i].offset - begin);
-        done(i, {{first, first + static_cast<std::ptrdiff_t>(ranges[i].count)}, nullptr});
-      } else if (together.size() == 1) {
-        read_one(i);
-      } else if (is_wanted(i)) {
+        one.bytes.assign(first, first + static_cast<std::ptrdiff_t>(ranges[i].count));
+      } else {
+        if (!is_wanted(i)) continue; // not any more
         if (is_over()) return;
-        read_one(i);
+        try {
+          one.bytes = read(ranges[i]);
+        } catch (const Error&) {
+          one.failure = std::current_exception();
+        }
       }
+      done(i, std::move(one));
     }
   }
 }

@@ -51,7 +51,7 @@ public:
   }
 
 private:
-  using BlockDemands = std::vector<BlockDemand>;
+  using BlockDemands = std::vector<WantsOfBlock>;
   using Lock = std::shared_lock<std::shared_mutex>;
 
   /// Which records are in the cut is found under one lock, the one that it returns: what was read for it may be gone
@@ -73,7 +73,7 @@ private:
     Lock lock = hierarchy_.lock();
     keep_loaded(cut_.read);
     apply_promised(promised, cut_.read);
-    apply(demand.wished, wished, cut_.read);
+    apply(wished, cut_.read);
     if (!demand.wished.are_closed()) close_over_parents();
     return lock;
   }
@@ -229,40 +229,39 @@ private:
   // ---- what is demanded ----
 
   BlockDemands demands_of(const Wants& wants) const {
-    BlockDemands demands;
-    demands.reserve(blocks_.size());
-    for (const file::BlockInfo& block : blocks_)
-      demands.push_back(wants.demand_in(block));
+    BlockDemands demands(blocks_.size());
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
+      wants.narrow_to(blocks_[b], demands[b]);
     return demands;
   }
   static BlockSet blocks_of(const BlockDemands& demands) {
     BlockSet set;
     set.reserve(demands.size());
-    for (const BlockDemand demand : demands)
-      set.push_back(demand != BlockDemand::kNone ? 1 : 0);
+    for (const WantsOfBlock& wants : demands)
+      set.push_back(wants.demand() != BlockDemand::kNone ? 1 : 0);
     return set;
   }
 
   const file::Content& content() const { return hierarchy_.content(); }
 
   template <class F>
-  void for_each_wanted(const Wants& wants, BlockDemand demand, const file::BlockInfo& block, F&& f) const {
-    if (demand == BlockDemand::kNone) return;
-    const WantsOfBlock here = wants.of_block(block);
+  void for_each_wanted(const WantsOfBlock& wants, const file::BlockInfo& block, F&& f) const {
+    if (wants.demand() == BlockDemand::kNone) return;
     for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
-      if (demand == BlockDemand::kAll || here.wants(hierarchy_, RecordId{r})) f(r);
+      if (wants.wants(hierarchy_, RecordId{r})) f(r);
   }
-  void apply(const Wants& wants, const BlockDemands& demands, const BlockSet& blocks) {
+  void apply(const BlockDemands& demands, const BlockSet& blocks) {
     for (std::size_t b = 0; b < blocks_.size(); ++b)
-      if (blocks[b] != 0) for_each_wanted(wants, demands[b], blocks_[b], [&](std::uint32_t r) { cut_.applied[r] = 1; });
+      if (blocks[b] != 0) for_each_wanted(demands[b], blocks_[b], [&](std::uint32_t r) { cut_.applied[r] = 1; });
   }
   /// Nothing but what is promised, closed; where time is short, the coarser part of it.
   void apply_promised(const BlockDemands& promised, const BlockSet& blocks) {
     cut_.applied.assign(hierarchy_.header().record_count, 0);
+    if (request_.demand.promised.empty()) return;
     if (request_.budgets.max_seconds) {
-      take_down_to(0, request_.demand.promised, promised, blocks, Until::kLate);
+      take_down_to(0, promised, blocks, Until::kLate);
     } else {
-      apply(request_.demand.promised, promised, blocks);
+      apply(promised, blocks);
       close_over_parents();
     }
   }
@@ -304,10 +303,9 @@ private:
     if (is_time_up_ && may_load_) return lock;
     const BlockSet applied_from = cut_.read;
     const std::vector<char> applied_first = cut_.applied;
-    const std::uint64_t expected_first = spent_on(cut_.applied).expected_records();
+    std::uint64_t expected = spent_on(cut_.applied).expected_records();
     lock.unlock();
     // Every wanted record with a key of at least `reach` is in memory.
-    std::uint64_t expected = expected_first;
     std::uint32_t reach = budget_.key_of_rank(by_key, expected);
     while (true) {
       reach = read_down_to(reach, by_key, promised_blocks);
@@ -323,7 +321,7 @@ private:
       else
         apply_promised(promised, promised_read);
       const bool promised_fits = spent_on(cut_.applied).fits();
-      const std::uint32_t stop = take_down_to(reach, request_.demand.wished, wished, cut_.read, Until::kFull);
+      const std::uint32_t stop = take_down_to(reach, wished, cut_.read, Until::kFull);
       if (stop != kNoKey || has_read_all || is_time_up_) {
         stopped_by_budget_ = stop != kNoKey || !promised_fits;
         // Blocks that were read, or could not be had, on the way here do not count, only those that the end of the
@@ -375,8 +373,7 @@ private:
   // Takes the wanted records of `blocks` whose key is at least `reach`, each with all that it needs, in their order.
   // Returns the key of the first that does not fit, or none. A block is looked at when its first record may be next, so
   // that what ends soon has not looked at much.
-  std::uint32_t take_down_to(std::uint32_t reach, const Wants& wants, const BlockDemands& demands,
-                             const BlockSet& blocks, Until until) {
+  std::uint32_t take_down_to(std::uint32_t reach, const BlockDemands& demands, const BlockSet& blocks, Until until) {
     constexpr std::size_t kBetweenLooks = 256; // at the clock
     const double grace = grace_for_taking();
     Spending spending = spent_on(cut_.applied);
@@ -388,7 +385,7 @@ private:
     std::vector<std::uint32_t> taken;
     for (std::uint32_t key = kNoKey; key-- > reach && !look_at_clock();) {
       for (; block != by_key.end() && block->first >= key && !look_at_clock(); ++block)
-        for_each_wanted(wants, demands[block->second], blocks_[block->second], [&](std::uint32_t r) {
+        for_each_wanted(demands[block->second], blocks_[block->second], [&](std::uint32_t r) {
           if (cut_.applied[r] == 0 && content().order[r] >= reach)
             with_key[content().order[r]].push_back({content().order[r], content().generation[r], r});
         });

@@ -64,6 +64,9 @@ BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
   if (want.camera && !may_exceed(codes, want, Box{block.box_min, block.box_max}, true)) return BlockDemand::kNone;
   return BlockDemand::kSome;
 }
+BlockDemand of_block(const Want& want, const file::BlockInfo& block) {
+  return std::visit([&](const auto& of) { return of_block(of, block); }, want);
+}
 
 // ---- by the record ----
 
@@ -178,17 +181,24 @@ bool Wants::are_closed() const {
   });
 }
 
-WantsOfBlock Wants::of_block(const file::BlockInfo& block) const {
-  WantsOfBlock some;
-  for (const Want& want : wants_) {
-    const BlockDemand demand = std::visit([&](const auto& w) { return ptet::of_block(w, block); }, want);
-    if (demand != BlockDemand::kNone) some.wants_.push_back(&want);
-    some.demand_ = std::max(some.demand_, demand);
-  }
-  return some;
+BlockDemand Wants::demand_in(const file::BlockInfo& block) const {
+  BlockDemand most = BlockDemand::kNone;
+  for (const Want& want : wants_)
+    most = std::max(most, of_block(want, block));
+  return most;
 }
 
-bool WantsOfBlock::wants(const Hierarchy& hierarchy, RecordId r) const {
+void Wants::narrow_to(const file::BlockInfo& block, WantsOfBlock& those) const {
+  those.wants_.clear();
+  those.demand_ = BlockDemand::kNone;
+  for (const Want& want : wants_) {
+    const BlockDemand demand = of_block(want, block);
+    if (demand != BlockDemand::kNone) those.wants_.push_back(&want);
+    those.demand_ = std::max(those.demand_, demand);
+  }
+}
+
+bool WantsOfBlock::any_wants(const Hierarchy& hierarchy, RecordId r) const {
   const Record record{hierarchy, r};
   return std::any_of(wants_.begin(), wants_.end(), [&](const Want* want) {
     return std::visit([&](const auto& w) { return wants_record(w, record); }, *want);

@@ -87,12 +87,16 @@ class WantsOfBlock {
 public:
   /// What the block table tells.
   [[nodiscard]] BlockDemand demand() const { return demand_; }
-  /// Of a record of the block, where that is wanted in part. The lock must be held and the record be loaded. Depends on
-  /// the record alone: not on what else is in memory.
-  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const;
+  /// Of a record of the block. The lock must be held and the record be loaded. Depends on the record alone: not on what
+  /// else is in memory.
+  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const {
+    return demand_ == BlockDemand::kAll || (demand_ == BlockDemand::kSome && any_wants(hierarchy, r));
+  }
 
 private:
   friend class Wants;
+
+  [[nodiscard]] bool any_wants(const Hierarchy& hierarchy, RecordId r) const;
 
   BlockDemand demand_ = BlockDemand::kNone;
   boost::container::small_vector<const Want*, 8> wants_;
@@ -107,8 +111,9 @@ public:
   /// Whether with every record that is wanted its parents are, too.
   [[nodiscard]] bool are_closed() const;
 
-  [[nodiscard]] BlockDemand demand_in(const file::BlockInfo& block) const { return of_block(block).demand(); }
-  [[nodiscard]] WantsOfBlock of_block(const file::BlockInfo& block) const;
+  [[nodiscard]] BlockDemand demand_in(const file::BlockInfo& block) const;
+  /// Makes `those` the wants of the block, in the memory that it has.
+  void narrow_to(const file::BlockInfo& block, WantsOfBlock& those) const;
 
   friend bool operator==(const Wants&, const Wants&) = default;
 

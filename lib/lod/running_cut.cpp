@@ -88,14 +88,13 @@ bool RunningCut::meet_new_blocks() {
 void RunningCut::update_promised(std::span<const std::uint32_t> which) {
   leaving_.clear();
   for (const std::uint32_t b : which) {
-    const WantsOfBlock here = request_.demand.promised.of_block(blocks_[b]);
-    const BlockDemand now = here.demand();
+    request_.demand.promised.narrow_to(blocks_[b], here_);
+    const BlockDemand now = here_.demand();
     const BlockDemand before = std::exchange(promised_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
     for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wanted =
-          now == BlockDemand::kAll || (now == BlockDemand::kSome && here.wants(hierarchy_, RecordId{r}));
+      const bool is_wanted = here_.wants(hierarchy_, RecordId{r});
       if (is_wanted == ((flags_[r] & kPromised) != 0)) continue;
       flags_[r] ^= kPromised;
       if (is_wanted)
@@ -149,14 +148,13 @@ void RunningCut::update_wished(OrderCode key) {
   for (const std::uint32_t b : met_) {
     if (is_current_[b] != 0 || blocks_[b].max_order < key) continue;
     is_current_[b] = 1;
-    const WantsOfBlock here = request_.demand.wished.of_block(blocks_[b]);
-    const BlockDemand now = here.demand();
+    request_.demand.wished.narrow_to(blocks_[b], here_);
+    const BlockDemand now = here_.demand();
     const BlockDemand before = std::exchange(wished_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
     const std::uint32_t first = blocks_[b].first_record;
     for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wished =
-          now == BlockDemand::kAll || (now == BlockDemand::kSome && here.wants(hierarchy_, RecordId{r}));
+      const bool is_wished = here_.wants(hierarchy_, RecordId{r});
       if (is_wished == ((flags_[r] & kWished) != 0)) continue;
       flags_[r] ^= kWished;
       if (counts_wishes_) {

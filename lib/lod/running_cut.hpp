@@ -114,6 +114,7 @@ private:
   bool is_ordered_ = true;
 
   std::vector<std::uint32_t> open_, leaving_; // scratch
+  WantsOfBlock here_;
   BlockSet asked_for_;
   BlocksByOrder by_key_;
   std::vector<std::uint32_t> bucket_, by_generation_;

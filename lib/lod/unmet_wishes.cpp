@@ -1,4 +1,5 @@
 #include "lod/region.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/magnitude.hpp"
 #include "ptet/dataset.hpp"
 
@@ -16,23 +17,13 @@ namespace {
 using TetRun = std::span<const Tet>;
 constexpr std::size_t kRunLength = 128;
 
-struct BoxOfRun {
-  Point min, max;
-
-  static BoxOfRun around(const TetMesh& mesh, TetRun run) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    BoxOfRun box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-    for (const Tet& tet : run)
-      for (const VertexId v : tet) {
-        const Point at = mesh.position(v);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          box.min[axis] = std::min(box.min[axis], at[axis]);
-          box.max[axis] = std::max(box.max[axis], at[axis]);
-        }
-      }
-    return box;
-  }
-};
+BoundingBox box_around(const TetMesh& mesh, TetRun run) {
+  BoundingBox box;
+  for (const Tet& tet : run)
+    for (const VertexId v : tet)
+      box.add(mesh.position(v));
+  return box;
+}
 
 /// Of a scalar field, or of the length of a field of vectors, at the corners of tets. Nothing is in that of NaN alone.
 struct ValuesOfRun {
@@ -82,8 +73,8 @@ public:
   explicit WishCheck(const TetMesh& mesh) : mesh_(mesh), boxes_(mesh.tets) {}
 
   bool is_met(const Focus& focus) {
-    return boxes_.any_of([&](TetRun run) { return BoxOfRun::around(mesh_, run); },
-                         [&](const BoxOfRun& box) { return meets(focus.region, box.min, box.max); },
+    return boxes_.any_of([&](TetRun run) { return box_around(mesh_, run); },
+                         [&](const BoundingBox& box) { return meets(focus.region, box.low, box.high); },
                          [&](const Tet& tet) {
                            const std::array<Point, 4> corners = {mesh_.position(tet[0]), mesh_.position(tet[1]),
                                                                  mesh_.position(tet[2]), mesh_.position(tet[3])};
@@ -110,7 +101,7 @@ public:
 
 private:
   const TetMesh& mesh_;
-  Runs<BoxOfRun> boxes_;
+  Runs<BoundingBox> boxes_;
   std::map<const PointArray*, Runs<ValuesOfRun>> values_;
 };
 

@@ -365,6 +365,8 @@ TEST_CASE("a session that has seen its requests allocates nothing") {
       for (std::size_t axis = 0; axis < 3; ++axis)
         centre[axis] = info.box_min[axis] + way * (info.box_max[axis] - info.box_min[axis]);
       request.focus = {{Sphere{centre, 0.1 * info.diagonal}}};
+      for (int nested = 1; nested < 12 && i % 6 == 5; ++nested) // more than one block's wants have room for at first
+        request.focus.push_back({Sphere{centre, 0.1 * info.diagonal / nested}, {0.02 * nested, true}});
       if (i % 3 == 0) request.field_error = {{"", {0.05 + 0.01 * (i % 7), true}}};
       if (i % 3 == 1) request.max_tets = info.tets / 3;
       if (i % 6 == 4) {

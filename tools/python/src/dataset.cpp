@@ -224,10 +224,8 @@ void bind_dataset(py::module_& module) {
                     [&](const ProgressCallback& callback) { file.data()->wait_until_loaded(callback); });
       });
   module.def("unmet_wishes", [](const Request& request, const Extraction& extraction) {
-    const UnmetWishes unmet = [&] {
-      const GilReleased released;
-      return unmet_wishes(request, extraction.mesh);
-    }();
+    const UnmetWishes unmet =
+        without_gil(py::none(), [&](const ProgressCallback&) { return unmet_wishes(request, extraction.mesh); });
     return std::pair(unmet.focus, unmet.values);
   });
   module.def("open_path", [](const std::string& path, const OpenOptions& options) {
