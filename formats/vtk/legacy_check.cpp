@@ -1,3 +1,5 @@
+#include "formats/vtk/number_text.hpp"
+#include "formats/vtk/scalar_types.hpp"
 #include "formats/vtk/sources.hpp"
 #include "ptet/error.hpp"
 
@@ -15,15 +17,26 @@
 namespace ptet::vtkio {
 namespace {
 
-/// Bytes of one scalar of a type of the legacy format; 0: not one of a known size.
-std::uint64_t scalar_bytes(const std::string& type) {
-  static const std::map<std::string, std::uint64_t> kBytes = {
-      {"char", 1},           {"unsigned_char", 1}, {"signed_char", 1},   {"short", 2},
-      {"unsigned_short", 2}, {"int", 4},           {"unsigned_int", 4},  {"float", 4},
-      {"double", 8},         {"long", 8},          {"unsigned_long", 8}, {"vtkidtype", 4},
-      {"vtktypeint64", 8},   {"vtktypeuint64", 8}, {"long_long", 8},     {"unsigned_long_long", 8}};
-  const auto found = kBytes.find(type);
-  return found == kBytes.end() ? 0 : found->second;
+/// The numbers of a type of the legacy format, as VTK reads them; nothing: not numbers of a known size.
+std::optional<ScalarType> number_type(const std::string& type) {
+  static const std::map<std::string, int> kTypes = {{"char", VTK_CHAR},
+                                                    {"signed_char", VTK_SIGNED_CHAR},
+                                                    {"unsigned_char", VTK_UNSIGNED_CHAR},
+                                                    {"short", VTK_SHORT},
+                                                    {"unsigned_short", VTK_UNSIGNED_SHORT},
+                                                    {"int", VTK_INT},
+                                                    {"unsigned_int", VTK_UNSIGNED_INT},
+                                                    {"long", VTK_LONG},
+                                                    {"unsigned_long", VTK_UNSIGNED_LONG},
+                                                    {"long_long", VTK_LONG_LONG},
+                                                    {"unsigned_long_long", VTK_UNSIGNED_LONG_LONG},
+                                                    {"vtktypeint64", VTK_TYPE_INT64},
+                                                    {"vtktypeuint64", VTK_TYPE_UINT64},
+                                                    {"vtkidtype", VTK_INT},
+                                                    {"float", VTK_FLOAT},
+                                                    {"double", VTK_DOUBLE}};
+  const auto found = kTypes.find(type);
+  return found == kTypes.end() ? std::nullopt : scalar_type(found->second);
 }
 
 // VTK asks for as much memory as a count says and puts there what it finds, without a look at whether the file holds as
@@ -40,6 +53,7 @@ public:
       if (keyword.empty()) break;
       if (keyword == "points") {
         points_ = count();
+        read_now_ = "the points";
         skip_values(multiplied(points_, 3), word());
       } else if (keyword == "cells") {
         read_cells();
@@ -121,16 +135,30 @@ private:
   void skip_values(std::uint64_t values, const std::string& type) {
     if (type == "string" || type == "utf8_string") return skip_strings(values);
     const bool is_bits = type == "bit";
-    const std::uint64_t size = is_bits ? 1 : scalar_bytes(type);
+    const std::optional<ScalarType> number = number_type(type);
     if (type == "variant") {
       skip_words(multiplied(values, 2)); // a number for its type each, and the value
-    } else if (size == 0) {
+    } else if (!number && !is_bits) {
       fail("holds values of the unknown type " + quoted(type));
     } else if (binary_) {
       skip_line_end();
-      skip_bytes(is_bits ? (values + 7) / 8 : multiplied(values, size));
-    } else {
+      skip_bytes(is_bits ? (values + 7) / 8 : multiplied(values, size_of(*number)));
+    } else if (is_bits) {
       skip_words(values);
+    } else {
+      skip_numbers(values, *number, type);
+    }
+  }
+  // VTK takes numbers out of the range of some types for others, and stops at what it cannot read.
+  void skip_numbers(std::uint64_t values, ScalarType number, const std::string& type) {
+    for (std::uint64_t i = 0; i < values; ++i) {
+      const std::string text = plain_word();
+      if (text.empty()) fail("is cut short");
+      const char* fault = unfitness(text, number);
+      const bool is_float = number == ScalarType::kFloat32 || number == ScalarType::kFloat64;
+      if (!fault && is_float && text.find_first_of("nN") != std::string::npos) fault = "cannot be read from text";
+      if (!fault) continue;
+      fail("value " + grouped(i) + " of " + read_now_ + ", " + quoted(text) + " of type " + type + ", " + fault);
     }
   }
   void skip_bytes(std::uint64_t length) {
@@ -194,6 +222,7 @@ private:
       const std::uint64_t offsets = count();
       const std::uint64_t ids = count();
       cells_ = offsets == 0 ? 0 : offsets - 1;
+      read_now_ = "the table of cells";
       if (offsets == 0) return;
       if (word() != "offsets") fail("has no offsets of its cells");
       skip_values(offsets, word());
@@ -220,17 +249,21 @@ private:
     if (used != size) fail("has a table of cells of another size than it says");
   }
 
-  // VTK follows the faces of a polyhedron through the table of cells without a look at where that ends. Of a type it
-  // takes the lowest byte.
+  // VTK follows the faces of a polyhedron through the table of cells without a look at where that ends, and takes the
+  // lowest byte of a type.
   void read_cell_types() {
     cell_types_ = count();
     if (binary_) {
       skip_line_end();
       if (multiplied(cell_types_, 4) > bytes_ - position()) fail("is cut short");
     }
-    for (std::uint64_t cell = 0; cell < cell_types_; ++cell)
-      if ((next_int() & 0xFF) == VTK_POLYHEDRON)
+    for (std::uint64_t cell = 0; cell < cell_types_; ++cell) {
+      const std::int64_t type = next_int();
+      if (type < 0 || type > 255)
+        fail("cell " + std::to_string(cell) + " has the type " + std::to_string(type) + ", and there is none such");
+      if (type == VTK_POLYHEDRON)
         fail("cell " + std::to_string(cell) + " is a polyhedron, which ptet cannot split into tetrahedra");
+    }
   }
 
   std::int64_t next_int() {
@@ -244,10 +277,8 @@ private:
     }
     const std::string text = word();
     if (text.empty()) fail("is cut short");
-    char* end = nullptr;
-    const long long value = std::strtoll(text.c_str(), &end, 10);
-    if (*end != '\0') fail(quoted(text) + " is not a point id or cell type");
-    return value;
+    if (unfitness(text, ScalarType::kInt32)) fail(quoted(text) + " is not a point id or cell type");
+    return std::stoi(text);
   }
 
   void begin_attributes(std::uint64_t rows, const std::string& what) {
@@ -258,6 +289,7 @@ private:
 
   void read_name() { add_name(plain_word()); }
   void add_name(const std::string& name) {
+    read_now_ = "array " + quoted(name);
     if (of_points_ && !names_.insert(name).second) lost_.insert(name);
   }
 
@@ -289,7 +321,7 @@ private:
       const std::uint64_t components = count();
       skip_values(multiplied(*rows_, components), word());
     } else if (keyword == "lookup_table") {
-      word();
+      read_now_ = "lookup table " + quoted(word());
       skip_values(multiplied(count(), 4), binary_ ? "unsigned_char" : "float");
     } else {
       return false;
@@ -331,6 +363,7 @@ private:
   std::uint64_t cell_types_ = 0;
   std::optional<std::uint64_t> rows_; ///< of the attributes that follow
   bool of_points_ = false;            ///< they are
+  std::string read_now_;              ///< what the numbers belong to, for messages
   std::set<std::string> names_, lost_;
 };
 

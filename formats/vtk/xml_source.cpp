@@ -1,12 +1,17 @@
+#include "formats/vtk/number_text.hpp"
+#include "formats/vtk/scalar_types.hpp"
 #include "formats/vtk/sources.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include <vtkBase64InputStream.h>
 #include <vtkCallbackCommand.h>
@@ -31,13 +36,15 @@ bool is_true_size(double bytes, std::uint64_t file_bytes) {
 
 /// A stream of VTK's that gives all that is asked for or nothing: the parser takes a part of an array for the whole,
 /// and leaves the rest as it finds it in memory. Of compressed data it looks at the header before the parser does,
-/// which divides by the block size and indexes by the block count as they stand in the file.
+/// which divides by the block size and indexes by the block count as they stand in the file. Says how many bytes the
+/// header announces: the parser takes as many as it needs, and is silent on the rest.
 template <class Base>
 class GuardedStream : public Base {
 public:
   static GuardedStream* New() { VTK_STANDARD_NEW_BODY(GuardedStream); }
 
-  // The parser reads an array in two goes: the header's three words and block sizes, then the blocks.
+  // The parser reads a compressed array in two goes: the header's three words and block sizes, then the blocks. Others
+  // in one, and first the word that is their length.
   void StartReading() override {
     at_start_ = true;
     Base::StartReading();
@@ -50,8 +57,10 @@ public:
   std::size_t Read(void* to, std::size_t length) override {
     const std::size_t got = Base::Read(to, length);
     if (got < length) return 0;
-    const bool is_head = in_header_ && at_start_;
+    const bool is_first = at_start_;
+    const bool is_head = in_header_ && is_first;
     at_start_ = false;
+    if (!compressed_ && is_first) *array_bytes_ = word(static_cast<const unsigned char*>(to));
     if (!compressed_ || !in_header_) return got;
     if (!is_head) return are_block_sizes(static_cast<const unsigned char*>(to), got) ? got : 0;
     const auto* data = static_cast<const unsigned char*>(to);
@@ -61,14 +70,18 @@ public:
     const bool sound = (blocks == 0 && last_bytes == 0) ||
                        (blocks != 0 && block_bytes != 0 && last_bytes <= block_bytes && blocks <= file_bytes_ &&
                         is_true_size(static_cast<double>(blocks) * static_cast<double>(block_bytes), file_bytes_));
-    return sound ? got : 0;
+    if (!sound) return 0;
+    *array_bytes_ = (last_bytes == 0 ? blocks : blocks - 1) * block_bytes + last_bytes;
+    return got;
   }
 
-  void guard(bool compressed, std::size_t word_bytes, bool big_endian, std::uint64_t file_bytes) {
+  void guard(bool compressed, std::size_t word_bytes, bool big_endian, std::uint64_t file_bytes,
+             std::uint64_t& array_bytes) {
     compressed_ = compressed;
     word_bytes_ = word_bytes;
     big_endian_ = big_endian;
     file_bytes_ = file_bytes;
+    array_bytes_ = &array_bytes;
   }
 
 private:
@@ -92,6 +105,7 @@ private:
   std::size_t word_bytes_ = 4;
   bool big_endian_ = false;
   std::uint64_t file_bytes_ = 0;
+  std::uint64_t* array_bytes_ = nullptr; ///< of the array whose header was read last
 };
 
 class GuardedParser : public vtkXMLDataParser {
@@ -110,14 +124,32 @@ public:
     return result;
   }
 
+  /// Calls `visit(text)` with each word of an array that is text; stops and returns false when it does.
+  template <class Visit>
+  bool each_word(vtkXMLDataElement& array, Visit&& visit) {
+    SeekInlineDataPosition(&array);
+    std::string word;
+    for (std::istreambuf_iterator<char> at(*GetStream()), end;; ++at) {
+      const bool is_over = at == end || *at == '<';
+      if (!is_over && std::isspace(static_cast<unsigned char>(*at)) == 0) {
+        word += *at;
+        continue;
+      }
+      if (!word.empty() && !visit(std::as_const(word))) return false;
+      word.clear();
+      if (is_over) return true;
+    }
+  }
+
   std::uint64_t file_bytes = 0;
+  std::uint64_t array_bytes = 0; ///< that the array read last has, whatever it should have; not of text
 
 private:
   template <class Base>
   void guard(vtkInputStream*& stream) {
     auto* guarded = GuardedStream<Base>::New();
     guarded->guard(RootElement->GetAttribute("compressor") != nullptr, HeaderType == 64 ? 8 : 4, ByteOrder == BigEndian,
-                   file_bytes);
+                   file_bytes, array_bytes);
     stream->Delete();
     stream = guarded;
   }
@@ -201,6 +233,8 @@ protected:
         arrays->GetNestedElement(i)->RemoveAllNestedElements();
     }
 
+    for (vtkXMLDataElement* arrays : {points, point_data})
+      if (arrays && !has_components(*arrays)) return 0;
     const auto point_count = static_cast<double>(NumberOfPoints[Piece]);
     const auto cell_count = static_cast<double>(NumberOfCells[Piece]);
     const double bytes = point_count * (point_row_bytes(points) + point_row_bytes(point_data)) + 2 * cell_count;
@@ -243,15 +277,53 @@ protected:
                               << " values, more than the file can hold.");
       return 0;
     }
-    if (Superclass::ReadArrayValues(element, array_index, array, start, values, type)) return 1;
-    if (attribute(*element, "format") == "ascii") return 0;
-    vtkErrorMacro("array '" << attribute(*element, "Name")
-                            << "' does not hold the values that it announces: its data is cut short or damaged, or its "
-                               "base64 text has line ends or spaces, which VTK does not read.");
-    return 0;
+    // Of pieces that are empty, the arrays of another may stand for theirs.
+    if (values == 0) return Superclass::ReadArrayValues(element, array_index, array, start, values, type);
+    // As the superclass tells text.
+    if (!element->GetAttribute("offset") && attribute(*element, "format") != "binary")
+      return read_text(element, array_index, array, start, values, type);
+    auto& parser = *static_cast<GuardedParser*>(XMLParser);
+    parser.array_bytes = 0;
+    if (!Superclass::ReadArrayValues(element, array_index, array, start, values, type)) {
+      vtkErrorMacro("array '" << attribute(*element, "Name")
+                              << "' does not hold the values that it announces: its data is cut short or damaged, or "
+                                 "its base64 text has line ends or spaces, which VTK does not read.");
+      return 0;
+    }
+    const auto value_bytes = static_cast<std::uint64_t>(array->GetDataTypeSize());
+    return value_bytes == 0 || // bits
+           has_all(*element, parser.array_bytes / value_bytes, values, type);
   }
 
 private:
+  /// VTK's reader takes numbers out of the range of some types for others, and of what it cannot read it says only that
+  /// there is too little.
+  int read_text(vtkXMLDataElement* element, vtkIdType array_index, vtkAbstractArray* array, vtkIdType start,
+                vtkIdType values, FieldType type) {
+    const std::optional<ScalarType> scalar = scalar_type(array->GetDataType());
+    if (!scalar) return Superclass::ReadArrayValues(element, array_index, array, start, values, type);
+    std::uint64_t words = 0;
+    const bool good = static_cast<GuardedParser*>(XMLParser)->each_word(*element, [&](const std::string& word) {
+      ++words;
+      const char* const fault = unfitness(word, *scalar);
+      if (fault)
+        vtkErrorMacro("value " << words - 1 << " of array '" << attribute(*element, "Name") << "', '"
+                               << word.substr(0, 32) << "', " << fault << " (" << attribute(*element, "type") << ").");
+      return fault == nullptr;
+    });
+    return good && has_all(*element, words, values, type) &&
+           Superclass::ReadArrayValues(element, array_index, array, start, values, type);
+  }
+
+  /// More than an array should have is not to be told from values that belong elsewhere, as when their number of
+  /// components is missing.
+  bool has_all(vtkXMLDataElement& array, std::uint64_t there, vtkIdType values, FieldType type) {
+    if (there == static_cast<std::uint64_t>(values)) return true;
+    vtkErrorMacro("array '" << attribute(array, "Name") << "' holds " << there << " values where " << values
+                            << " belong" << (type == POINT_DATA ? "; is its NumberOfComponents right?" : "."));
+    return false;
+  }
+
   /// VTK's writer puts the arrays of all time steps side by side, under the same names; in some modes all are called
   /// step 0. VTK's reader then takes the first of a name, or leaves what is not of its step as it finds it in memory.
   bool keep_last_step(vtkXMLDataElement& data) {
@@ -384,6 +456,19 @@ private:
     }
   }
 
+  /// VTK takes what is not a number for one.
+  bool has_components(vtkXMLDataElement& data) {
+    for (int i = 0; i < data.GetNumberOfNestedElements(); ++i) {
+      vtkXMLDataElement& array = *data.GetNestedElement(i);
+      const char* const components = array.GetAttribute("NumberOfComponents");
+      if (!components || (!unfitness(components, ScalarType::kInt32) && std::stoi(components) > 0)) continue;
+      vtkErrorMacro("array '" << attribute(array, "Name") << "' has '" << components
+                              << "' for its NumberOfComponents, which is not a number of at least 1.");
+      return false;
+    }
+    return true;
+  }
+
   /// Least bytes of a row of all arrays of the element; types that are not numeric count as one byte.
   static double point_row_bytes(vtkXMLDataElement* data) {
     double bytes = 0;
@@ -427,10 +512,19 @@ std::uint64_t file_size(const std::string& path) {
 bool is_whole(const std::string& path, std::uint64_t file_bytes) {
   static constexpr std::uint64_t kTailBytes = 4096;
   std::ifstream file(path, std::ios::binary);
-  std::string tail(std::min(file_bytes, kTailBytes), '\0');
-  file.seekg(static_cast<std::streamoff>(file_bytes - tail.size()));
-  file.read(tail.data(), static_cast<std::streamsize>(tail.size()));
-  return !file || tail.find("</VTKFile") != std::string::npos;
+  std::string tail; // with the one before it: the words may lie across
+  for (std::uint64_t end = file_bytes; end != 0;) {
+    std::string part(std::min(end, kTailBytes), '\0');
+    end -= part.size();
+    file.seekg(static_cast<std::streamoff>(end));
+    file.read(part.data(), static_cast<std::streamsize>(part.size()));
+    const bool was_blank = tail.find_first_not_of(" \t\r\n") == std::string::npos;
+    tail = part + tail;
+    if (!file || tail.find("</VTKFile") != std::string::npos) return true;
+    if (!was_blank) return false;
+    tail.resize(std::min<std::size_t>(tail.size(), 2 * kTailBytes));
+  }
+  return false;
 }
 
 /// A reader that knows the head of the file.

@@ -286,6 +286,17 @@ class Files(Case):
         self.refused(2, "build", "grid.vtu", "-o", "./grid.vtu", "--force", says="input")
         self.assertEqual(self.files(), ["grid.ptet", "grid.vtu", "notes.txt"])
 
+    def test_an_extracted_mesh_does_not_take_the_place_of_the_original(self):
+        self.built_grid(3)
+        original = (self.folder / "grid.vtu").read_bytes()
+        self.refused(2, "extract", "grid.ptet", "--tets", "10", "-o", "grid.vtu", says=["grid.vtu", "built from"])
+        # By what it is, not by its name.
+        (self.folder / "grid.vtu").rename(self.folder / "renamed.vtu")
+        self.refused(2, "extract", "grid.ptet", "--tets", "10", "-o", "renamed.vtu", says=["renamed.vtu", "built from"])
+        self.assertEqual((self.folder / "renamed.vtu").read_bytes(), original)
+        self.ptet("extract", "grid.ptet", "--tets", "10", "-o", "grid.vtu")
+        self.ptet("extract", "grid.ptet", "--tets", "20", "-o", "grid.vtu")
+
     def test_the_option_is_named_that_is_meant(self):
         self.built_grid(3)
         before = (self.folder / "grid.vtu").read_bytes()

@@ -45,7 +45,7 @@ TEST_CASE("a VTU that lies is bad input", "[vtk]") {
   }
   SECTION("a short array") {
     text.point_data = array_text("Name=\"f\"", "1 2 3");
-    part = "may be too short";
+    part = "array 'f' holds 3 values where 4 belong";
   }
   SECTION("an array of a billion components") {
     text.point_data = array_text("Name=\"f\"", "1 2 3 4", "NumberOfComponents=\"1000000000\"");
@@ -69,6 +69,7 @@ TEST_CASE("a VTU that lies is bad input", "[vtk]") {
   }
   SECTION("a tet of three") {
     text.offsets = "3";
+    text.connectivity = "0 1 2";
     part = "cell 0, a tetrahedron, has 3 points";
   }
   SECTION("offsets that reach for everything") {
@@ -86,9 +87,76 @@ TEST_CASE("a VTU that lies is bad input", "[vtk]") {
   SECTION("no types") {
     text.types = "";
   }
+  SECTION("a type beyond a byte") {
+    text.types = "266";
+    part = "value 0 of array 'types', '266', is out of range (UInt8)";
+  }
+  SECTION("components that are no number") {
+    text.point_data = array_text("Name=\"f\"", "1 2 3 4", "NumberOfComponents=\"-1\"");
+    part = "array 'f' has '-1' for its NumberOfComponents";
+  }
+  SECTION("three times the values") {
+    text.point_data = array_text("Name=\"f\"", "1 2 3 4 5 6 7 8 9 10 11 12");
+    part = "array 'f' holds 12 values where 4 belong; is its NumberOfComponents right?";
+  }
+  SECTION("three times the values, encoded") {
+    // 48 bytes, of which floats need 16.
+    text.point_data =
+        R"(<DataArray type="Float32" Name="f" format="binary">MAAAAAAAAAA=)" + std::string(64, 'A') + "</DataArray>";
+    part = "array 'f' holds 12 values where 4 belong";
+  }
   const Failure failure = failure_of_text(text.file());
   CHECK((failure.code == ErrorCode::kBadInput || failure.code == ErrorCode::kLimit));
   CHECK_THAT(failure.message, Catch::Contains(part));
+}
+
+TEST_CASE("numbers in text that their type cannot hold are refused, not wrapped", "[vtk]") {
+  struct Case {
+    const char* type; // in a VTU
+    const char* legacy_type;
+    const char* value;
+    const char* part; // of what is said; null: nothing, it is as good as any
+  };
+  const Case one = GENERATE(values<Case>({
+      {"Int8", "signed_char", "127", nullptr},
+      {"Int8", "signed_char", "-129", "is out of range"},
+      {"UInt8", "unsigned_char", "+255", nullptr},
+      {"UInt8", "unsigned_char", "256", "is out of range"},
+      {"UInt16", "unsigned_short", "-1", "is out of range"},
+      {"Int16", "short", "1.5", "is not an integer"},
+      {"UInt32", "unsigned_int", "-1", "is out of range"},
+      {"Int32", "int", "x", "is not a number"},
+      {"UInt64", "unsigned_long", "-1", "is out of range"},
+      {"UInt64", "vtktypeuint64", "18446744073709551615", nullptr},
+      {"Int64", "vtktypeint64", "9223372036854775808", "is out of range"},
+      {"Float32", "float", "1e39", "is out of range"},
+      {"Float32", "float", "1e-50", nullptr},
+      {"Float64", "double", "+.5e-3", nullptr},
+      {"Float64", "double", "0,5", "is not a number"},
+      {"Float64", "double", "+-5", "is not a number"},
+  }));
+  CAPTURE(one.type, one.value);
+  const std::string values = std::string("1 ") + one.value + " 3 4";
+  VtuText text;
+  text.point_data =
+      R"(<DataArray type=")" + std::string(one.type) + R"(" Name="f" format="ascii">)" + values + "</DataArray>";
+  const std::string legacy =
+      legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 1\n10",
+                  "POINT_DATA 4\nSCALARS f " + std::string(one.legacy_type) + "\nLOOKUP_TABLE default\n" + values);
+  if (!one.part) {
+    CHECK(read_text(text.file()).point_arrays.front().value(0, 0) == 1);
+    CHECK(read_text(legacy).point_arrays.front().value(0, 0) == 1);
+    return;
+  }
+  const std::string place = "value 1 of array 'f', '" + std::string(one.value) + "'";
+  CHECK_THAT(failure_of_text(text.file()).message, Catch::Contains(place) && Catch::Contains(one.part));
+  CHECK_THAT(failure_of_text(legacy, "mesh.vtk").message, Catch::Contains(place) && Catch::Contains(one.part));
+}
+
+TEST_CASE("a VTU may end with as much white space as it likes", "[vtk]") {
+  CHECK(read_text(VtuText().file() + std::string(10'000, '\n')).tets.size() == 1);
+  CHECK_THAT(failure_of_text(VtuText().file() + "<!--" + std::string(10'000, '.') + "-->").message,
+             Catch::Contains("does not end with </VTKFile>"));
 }
 
 TEST_CASE("numbers that are none cannot be read from text, and that is said", "[vtk]") {
@@ -183,9 +251,9 @@ TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
              Catch::EndsWith("is cut short"));
   CHECK_THAT(failure_of_text(with("VECTORS v float\n1 2 3 4\n"), "m.vtk").message,
              Catch::Contains("unknown keyword 'vectors'"));
-  // A polyhedron of many faces, by a number of which only the lowest byte counts.
+  // By its lowest byte a polyhedron, of many faces.
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n4 900000000 1 2 3", "CELL_TYPES 1\n298"), "m.vtk").message,
-             Catch::Contains("cell 0 is a polyhedron"));
+             Catch::Contains("cell 0 has the type 298, and there is none such"));
   CHECK_THAT(failure_of_text("# vtk DataFile Version\"5.1\nt\nASCII\n", "m.vtk").message,
              Catch::Contains("no version"));
   CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\n", "m.vtk").message,

@@ -7,11 +7,13 @@
 #include "files.hpp"
 #include "formats/file_names.hpp"
 #include "formats/surface/write.hpp"
+#include "formats/vtk/read.hpp"
 #include "formats/vtk/write.hpp"
 #include "ptet/dataset.hpp"
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -187,6 +189,17 @@ std::optional<Error> shortfall_of(const Extraction& extraction, bool salvage) {
   return Error(first.code, what + blocks + " failed, " + first.message + hint);
 }
 
+/// An extracted mesh must not take the place of its original, which has arrays that no .ptet file carries. Pieces of a
+/// PVTU are not known again.
+void refuse_original(const Arguments& arguments, const std::string& target, const DatasetInfo& info,
+                     const ProgressCallback& progress) {
+  if (!std::filesystem::exists(target)) return;
+  const std::string hash = Json::parse(info.provenance_json).at("source_hash");
+  if (hash.empty() || hash_input(target, {}, progress) != hash) return;
+  throw Error(ErrorCode::kBadArgument, "-o '" + *arguments.output + "': this is the mesh that '" + arguments.input +
+                                           "' was built from, and would be lost; give the output another name");
+}
+
 void run(const Arguments& arguments) {
   const Wishes wishes = parse(arguments);
   const OutputKind kind = kind_of(arguments.output);
@@ -200,6 +213,7 @@ void run(const Arguments& arguments) {
   const auto begin = Clock::now();
   const auto dataset = Dataset::open(arguments.input);
   outcome.info = dataset->info();
+  if (arguments.output) refuse_original(arguments, target, outcome.info, progress.callback());
   outcome.request = request_for(wishes, outcome.info, arguments);
   outcome.extraction = dataset->extract(outcome.request, progress.callback());
   outcome.bytes = bytes_of(outcome.extraction);
