@@ -186,7 +186,7 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
   const auto fail = [&](const char* what) { violated({what, info.offset, block, {}, {}}); };
   std::vector<ErrorCode16> greatest(content.errors_per_record), greatest_own(content.errors_per_record);
   OrderCode greatest_order = 0;
-  for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
+  for (std::size_t r = info.first_record; r < info.end_record(); ++r) {
     for (std::size_t i = 0; i < greatest.size(); ++i) {
       greatest[i] = std::max(greatest[i], content.monotone[r * greatest.size() + i]);
       greatest_own[i] = std::max(greatest_own[i], content.own[r * greatest.size() + i]);
@@ -199,7 +199,7 @@ void Reader::check_block(std::uint32_t block, const Content& content) const {
   // The table's sums are of numbers that the codes stand for, rounded up.
   for (std::size_t i = 0; i < info.squared_error.size(); ++i) {
     double least = 0, most = 0, slack = 0;
-    for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
+    for (std::size_t r = info.first_record; r < info.end_record(); ++r) {
       const SquaredErrorCode code = content.squared_error[r * info.squared_error.size() + i];
       const double upper = decode_sum(header_, i, info.squared_error.size(), code);
       const double lower = decode_sum(header_, i, info.squared_error.size(), static_cast<SquaredErrorCode>(code - 1));

@@ -64,6 +64,8 @@ struct BlockInfo {
   std::vector<double> squared_error;
   /// Every block that holds a parent of one of its records, itself left out; ascending.
   std::vector<std::uint32_t> needs;
+
+  [[nodiscard]] std::uint32_t end_record() const { return first_record + record_count; }
 };
 
 /// What has been loaded so far. Rows and records not loaded yet are zero.

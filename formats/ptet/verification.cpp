@@ -44,18 +44,8 @@ private:
   std::set<std::tuple<std::string, std::optional<std::uint64_t>, Number, Number, Number>> told_;
 };
 
-/// What an error says, but for the place, which a violation states by itself.
-std::string text_of(const Error& error) {
-  std::string text = error.what();
-  if (const auto offset = error.byte_offset()) {
-    const std::string place = " (at byte " + std::to_string(*offset) + ")";
-    if (text.ends_with(place)) text.resize(text.size() - place.size());
-  }
-  return text;
-}
-
 Violation violation_of(const Error& error) {
-  return {text_of(error), error.byte_offset(), {}, {}, {}};
+  return {std::string(error.reason()), error.byte_offset(), {}, {}, {}};
 }
 
 /// Of all errors only kCorruptFile is a finding about the file; others end the verification.
@@ -191,7 +181,7 @@ private:
     } catch (const BlockError& error) {
       rethrow_unless_corrupt(error);
       const auto record = error.record.is_none() ? std::nullopt : std::optional(error.record.index());
-      tell_({text_of(error), error.block_offset, error.block, record, {}});
+      tell_({std::string(error.reason()), error.block_offset, error.block, record, {}});
       left_out_[error.block] = 1;
     } catch (const Error& error) {
       rethrow_unless_corrupt(error);
@@ -249,7 +239,7 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
   std::uint64_t superfluous = 0;
   for (const std::uint32_t b : verified.decoded) {
     const BlockInfo& block = reader.blocks()[b];
-    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+    for (std::uint32_t r = block.first_record; r < block.end_record(); ++r) {
       std::uint32_t generation = 0;
       for (const RecordId parent : content.refinement.parents(RecordId{r})) {
         generation = std::max(generation, content.generation[parent.index()] + 1);
@@ -278,7 +268,7 @@ void check_order(const Verified& verified, Teller& tell) {
   const auto code_of = [&](std::uint32_t r) { return codes[content.refinement.vertex_of(RecordId{r}).index()]; };
   for (const std::uint32_t b : verified.decoded) {
     const BlockInfo& block = verified.reader->blocks()[b];
-    for (std::uint32_t r = block.first_record + 1; r < block.first_record + block.record_count; ++r) {
+    for (std::uint32_t r = block.first_record + 1; r < block.end_record(); ++r) {
       if (content.generation[r - 1] != content.generation[r] || code_of(r - 1) <= code_of(r)) continue;
       tell({"the records of one generation in a block are not in Morton order", block.offset, b, r, {}});
       break;

@@ -279,7 +279,7 @@ std::vector<double> Encoding::squared_sums(const BlockInfo& info) const {
   if (!fixed_.header.has_squared_errors) return {};
   const std::size_t codes = schema_->code_count();
   std::vector<double> sums(codes, 0), magnitudes(codes, 0);
-  for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
+  for (std::size_t r = info.first_record; r < info.end_record(); ++r) {
     for (std::size_t c = 0; c < codes; ++c) {
       sums[c] += squared_error_[r * codes + c];
       magnitudes[c] += std::fabs(squared_error_[r * codes + c]);
@@ -313,7 +313,7 @@ void Encoding::find_needs() {
     info.box_max.fill(-std::numeric_limits<double>::infinity());
     info.max_error.resize(codes);
     info.max_own.resize(codes);
-    for (std::uint32_t r = info.first_record; r < info.first_record + info.record_count; ++r) {
+    for (std::uint32_t r = info.first_record; r < info.end_record(); ++r) {
       const std::uint32_t record = order_.stream_record[r];
       for_each_parent(records_, parents_, record, [&](std::uint32_t parent) {
         const std::uint32_t home = block_of_[file_record_[parent]];

@@ -189,8 +189,7 @@ std::uint64_t MemoryWatch::check(const BuildCounts& counts) const {
   if (limit == 0 || need <= limit) return need;
   const std::string extent = counts.boundary_faces == 0 ? "at least " : "up to ";
   std::string message = "the build of " + std::to_string(counts.tets) + " tets would take " + extent +
-                        bytes_text(need) + " of memory, and the limit is " + limit_text(limit) + "; it would take " +
-                        extent;
+                        bytes_text(need) + " of memory, and the limit is " + limit_text(limit);
   constexpr double kWorthSaying = 0.97;
   std::vector<std::string> ways;
   const auto offer = [&](const BuildCounts& some, const BuildOptions& options, const std::string& how) {
@@ -209,12 +208,8 @@ std::uint64_t MemoryWatch::check(const BuildCounts& counts) const {
   BuildOptions one_thread = options_;
   one_thread.threads = 1;
   if (threads_of(options_) > 1) offer(counts, one_thread, "with one thread");
-  if (ways.empty()) {
-    message.resize(message.rfind("; "));
-  } else {
-    for (std::size_t i = 0; i < ways.size(); ++i)
-      message += (i == 0 ? "" : i + 1 == ways.size() ? " or " : ", ") + ways[i];
-  }
+  for (std::size_t i = 0; i < ways.size(); ++i)
+    message += (i == 0 ? "; it would take " + extent : i + 1 == ways.size() ? " or " : ", ") + ways[i];
   throw Error(ErrorCode::kLimit, message);
 }
 

@@ -247,7 +247,7 @@ private:
   template <class F>
   void for_each_wanted(const WantsOfBlock& wants, const file::BlockInfo& block, F&& f) const {
     if (wants.demand() == BlockDemand::kNone) return;
-    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
+    for (std::uint32_t r = block.first_record; r < block.end_record(); ++r)
       if (wants.wants(hierarchy_, RecordId{r})) f(r);
   }
   void apply(const BlockDemands& demands, const BlockSet& blocks) {

@@ -166,7 +166,7 @@ std::vector<ErrorCode16> achieved_codes(const Hierarchy& hierarchy, const Cut& c
         achieved[i] = std::max(achieved[i], block.max_own[i]);
       continue;
     }
-    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+    for (std::uint32_t r = block.first_record; r < block.end_record(); ++r) {
       if (cut.applied[r] != 0) continue;
       const ErrorCode16* const own = content.own.data() + r * count;
       for (std::size_t i = 0; i < count; ++i)

@@ -42,7 +42,7 @@ void sum_squared_errors(const Hierarchy& hierarchy, const std::vector<char>& app
       sums[i].add(info.squared_error[i]);
     return;
   }
-  for (std::size_t r = info.first_record; r < info.first_record + info.record_count; ++r)
+  for (std::size_t r = info.first_record; r < info.end_record(); ++r)
     for (std::size_t i = 0; i < sums.size() && applied[r] == 0; ++i)
       sums[i].add(file::decode_sum(hierarchy.header(), i, sums.size(), codes[r * sums.size() + i]));
 }

@@ -30,8 +30,7 @@ public:
   ByBlock(std::span<const MadeVersion> versions, const std::vector<file::BlockInfo>& blocks)
       : versions_(versions.size()), begin_(blocks.size() + 1, 0) {
     if (blocks.empty()) return;
-    const auto& last = blocks.back();
-    std::vector<std::uint32_t> block_of(last.first_record + std::size_t{last.record_count});
+    std::vector<std::uint32_t> block_of(blocks.back().end_record());
     for (std::uint32_t b = 0; b < blocks.size(); ++b)
       std::fill_n(block_of.begin() + blocks[b].first_record, blocks[b].record_count, b);
     for (const MadeVersion& version : versions)

@@ -181,7 +181,7 @@ void RunningCut::update_wished(OrderCode key) {
 void RunningCut::withdraw_wishes() {
   const std::shared_lock lock = hierarchy_.lock();
   for (const std::uint32_t b : met_)
-    for (std::uint32_t r = blocks_[b].first_record; r < blocks_[b].first_record + blocks_[b].record_count; ++r) {
+    for (std::uint32_t r = blocks_[b].first_record; r < blocks_[b].end_record(); ++r) {
       if ((flags_[r] & kWished) == 0) continue;
       flags_[r] ^= kWished;
       if (!counts_wishes_)

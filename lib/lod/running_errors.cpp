@@ -20,7 +20,7 @@ void RunningErrors::forget_changed() {
   for (std::size_t b = 0; b < known_.size(); ++b) {
     const file::BlockInfo& block = hierarchy_.blocks()[b];
     const auto first = is_changed_.begin() + block.first_record / kRecordsNoted;
-    const auto last = is_changed_.begin() + (block.first_record + block.record_count - 1) / kRecordsNoted;
+    const auto last = is_changed_.begin() + (block.end_record() - 1) / kRecordsNoted;
     if (std::find(first, last + 1, 1) != last + 1) known_[b] = kUnknown;
   }
   std::fill(is_changed_.begin(), is_changed_.end(), 0);
@@ -31,7 +31,7 @@ void RunningErrors::measure(std::size_t b, const std::vector<char>& applied) {
   const file::Content& content = hierarchy_.content();
   ErrorCode16* const most = most_.data() + b * codes_;
   std::fill_n(most, codes_, ErrorCode16{0});
-  for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r) {
+  for (std::uint32_t r = block.first_record; r < block.end_record(); ++r) {
     // Without a branch: which records are applied cannot be foreseen.
     const auto counts = static_cast<ErrorCode16>(applied[r] != 0 ? 0 : 0xFFFF);
     const ErrorCode16* const own = content.own.data() + r * codes_;
@@ -82,7 +82,7 @@ ErrorCode16 RunningErrors::largest(std::size_t code, const std::vector<char>& ap
   const auto look_at = [&](std::size_t b) {
     if (read[b] == 0 || most_[b * codes_ + code] <= found) return;
     const file::BlockInfo& block = hierarchy_.blocks()[b];
-    for (std::uint32_t r = block.first_record; r < block.first_record + block.record_count; ++r)
+    for (std::uint32_t r = block.first_record; r < block.end_record(); ++r)
       if (const ErrorCode16 own = content.own[r * codes_ + code];
           own > found && applied[r] == 0 && has_made(content.refinement, r, kind, applied))
         found = own;
