@@ -19,6 +19,8 @@ namespace {
 constexpr int kMostAttempts = 32;
 /// Records or versions between two reports of progress.
 constexpr std::uint32_t kBatch = 16384;
+/// Of the diagonal, which is one rounded square root of what the box is.
+constexpr double kDiagonalSlack = 1e-12;
 /// The volume may differ from the header's by this part of it, as it is summed in another order,
 constexpr double kVolumeSlack = 1e-9;
 /// and besides, for each tet, by this part of the product of three edges: its vertices may come in another order, and
@@ -364,6 +366,9 @@ void check_header(const Verified& verified, Teller& tell) {
   if (mesh.tets.empty()) return;
   if (least != header.box_min || greatest != header.box_max)
     tell({"the bounding box of the header is not that of the mesh", 56, {}, {}, {}});
+  const double diagonal = std::hypot(greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]);
+  if (diagonal > 0 && !(std::abs(header.diagonal - diagonal) <= kDiagonalSlack * diagonal))
+    tell({"the diagonal of the header is not that of the mesh", 104, {}, {}, {}});
   if (header.volume > 0 && !(std::abs(header.volume - volume) <= kVolumeSlack * volume + rounding))
     tell({"the volume of the header is not that of the mesh", 112, {}, {}, {}});
 }

@@ -219,7 +219,8 @@ MeshComparison::MeshComparison(const ComparedMesh& original, const ComparedMesh&
   }
 }
 
-/// Divides the values of fields whose squares would be 0 or infinite by a power of two.
+/// Divides the values of fields whose squares would be 0 or infinite by a power of two. Those of points that are in no
+/// tet say nothing of the field, and may be anything.
 void MeshComparison::scale_values() {
   constexpr double kLeastHarmless = 0x1p-300, kMostHarmless = 0x1p300;
   scale_.assign(components_.size(), 1);
@@ -227,10 +228,12 @@ void MeshComparison::scale_values() {
   std::size_t channel = 0;
   for (std::size_t f = 0; f < components_.size(); ++f) {
     double most = 0;
-    for (const std::span<const double> values : {original_.values, simplified_.values})
-      for (std::size_t row = 0; row < values.size(); row += channel_count_)
-        for (std::size_t c = channel; c < channel + components_[f]; ++c)
-          if (std::isfinite(values[row + c])) most = std::max(most, std::abs(values[row + c]));
+    for (const ComparedMesh* const mesh : {&original_, &simplified_})
+      for (const Tet& tet : mesh->tets)
+        for (const VertexId v : tet)
+          for (std::size_t c = channel; c < channel + components_[f]; ++c)
+            if (const double value = mesh->values[v.index() * channel_count_ + c]; std::isfinite(value))
+              most = std::max(most, std::abs(value));
     const double unit = most > 0 ? power_of_two_below(most) : 1;
     if (unit < kLeastHarmless || unit > kMostHarmless) scale_[f] = unit;
     by_channel.insert(by_channel.end(), components_[f], scale_[f]);

@@ -57,7 +57,10 @@ struct InsideDifference {
 struct OutsideDifference {
   double volume = 0;
   std::uint64_t vertices = 0, points = 0; ///< how many were compared
-  std::vector<FieldDifference> fields;    ///< the maximum over both, the mean square over the points
+  /// How many more points were to be: in tets of which so little is outside that none was found there. What `points`
+  /// are evenly spread over is less than `volume` by their share.
+  std::uint64_t missed = 0;
+  std::vector<FieldDifference> fields; ///< the maximum over both, the mean square over the points
 };
 
 struct VertexDifference {
@@ -94,7 +97,7 @@ public:
   [[nodiscard]] VertexDifference at_vertices(const ProgressCallback& progress = {}) const;
 
   /// At about `samples` random points of the original outside the simplified mesh, evenly spread there: drawn in each
-  /// original tet in proportion to what `inside` leaves of it. Adds no vertices.
+  /// original tet in proportion to what `inside` leaves of it; see OutsideDifference::missed. Adds no vertices.
   [[nodiscard]] OutsideDifference sampled_outside(const InsideDifference& inside, std::uint64_t samples,
                                                   std::uint64_t seed, const ProgressCallback& progress = {}) const;
 

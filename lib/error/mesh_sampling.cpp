@@ -254,18 +254,23 @@ OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside
   result.volume = sums.back();
   struct Part {
     std::vector<FieldDifference> fields;
-    std::uint64_t points = 0;
+    std::uint64_t points = 0, missed = 0;
   };
   std::vector<Part> parts(block_count(samples));
   for_each_block(samples, "comparing outside", progress, [&](std::size_t block, std::size_t begin, std::size_t end) {
     Part& part = parts[block];
     part.fields.resize(fields);
     Sampler sampler(*this);
+    std::size_t missed = uncovered.size(); // the last tet that was, and would be again: samples go from tet to tet
     for (std::size_t i = begin; i < end; ++i) {
       Random random(seed, i);
       const std::size_t t = item_at(sums, (static_cast<double>(i) + random()) / static_cast<double>(samples));
       std::array<double, 4> weight;
-      if (!sampler.draw_outside(static_cast<std::uint32_t>(t), random, kDraws, weight)) continue;
+      if (t == missed || !sampler.draw_outside(static_cast<std::uint32_t>(t), random, kDraws, weight)) {
+        missed = t;
+        ++part.missed;
+        continue;
+      }
       const Point p = combine(corners_of(original_, t), weight);
       sampler.value_in(t, weight);
       enter(sampler.against_closest(p), p, part.fields);
@@ -275,6 +280,7 @@ OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside
   for (const Part& part : parts) {
     add(part.fields, result.fields);
     result.points += part.points;
+    result.missed += part.missed;
   }
   divide(result.fields, static_cast<double>(result.points));
   to_units(result.fields);

@@ -120,12 +120,23 @@ double perimeter_of(const FlatPolygon& polygon) {
   return sum;
 }
 
+/// Whether the whole is hardly more than a segment: its area says nothing then.
+bool is_needle(const FlatPolygon& polygon) {
+  const double perimeter = perimeter_of(polygon);
+  return !(area_of(polygon) > 1e-6 * perimeter * perimeter);
+}
+
 /// Whether taking `part` away leaves much less of `whole`: by area, or by length where the whole is hardly more than a
 /// segment.
 bool is_worth_cutting(const FlatPolygon& part, const FlatPolygon& whole) {
-  const double area = area_of(whole), perimeter = perimeter_of(whole);
-  if (area > 1e-6 * perimeter * perimeter) return area_of(part) > kWorthCutting * area;
-  return perimeter_of(part) > std::sqrt(kWorthCutting) * perimeter;
+  if (!is_needle(whole)) return area_of(part) > kWorthCutting * area_of(whole);
+  return perimeter_of(part) > std::sqrt(kWorthCutting) * perimeter_of(whole);
+}
+
+/// Whether a needle was cut along its length, where it may go on being cut for ever.
+bool is_most_of(const FlatPolygon& part, const FlatPolygon& whole) {
+  constexpr double kMost = 0.9;
+  return is_needle(whole) && perimeter_of(part) > kMost * perimeter_of(whole);
 }
 
 } // namespace
@@ -310,7 +321,7 @@ private:
   }
 
   /// Cuts the piece along the planes through the edges of a surface triangle, upright on it, when the part over the
-  /// triangle is settled by it and large enough to be worth it; else false.
+  /// triangle is settled by it and large enough to be worth it, and what is left is less than the piece; else false.
   bool cut_along(const Piece& piece, std::uint32_t slot) {
     const Triangle& over = surface_.triangles_[slot];
     const Vec3 normal = cross(over[1] - over[0], over[2] - over[0]);
@@ -326,6 +337,8 @@ private:
       inside = rest;
     }
     if (!is_worth_cutting(inside, whole)) return false;
+    if (std::any_of(outside.begin(), outside.end(), [&](const FlatPolygon& part) { return is_most_of(part, whole); }))
+      return false;
     const double inside_sq = greatest_sq(inside.corners(), over);
     if (inside_sq > enough_sq()) return false;
     settled_sq_ = std::max(settled_sq_, inside_sq);

@@ -165,6 +165,21 @@ TEST_CASE("verification: a box of the header that is not the mesh's") {
   CHECK(found.back().offset == 56);
 }
 
+TEST_CASE("verification: a diagonal of the header that is not the box's") {
+  for (const double factor : {2.0, 1 + 1e-9}) {
+    const Bytes wrong = with_header(sample_file(), [&](Bytes& h) {
+      double diagonal = 0;
+      std::memcpy(&diagonal, h.data() + 104, sizeof diagonal);
+      put(h, 104, factor * diagonal);
+    });
+    const Found found = verify(wrong);
+    INFO(list_of(found));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].what == "the diagonal of the header is not that of the mesh");
+    CHECK(found[0].offset == 104);
+  }
+}
+
 TEST_CASE("verification: each way to break the layout is found, alone, with its place") {
   const Bytes good = sample_file();
   using Kind = file::SectionKind;

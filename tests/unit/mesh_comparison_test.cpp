@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <random>
 
 #include <catch2/catch.hpp>
@@ -239,6 +240,40 @@ TEST_CASE("comparison: overlap, inside and outside of a shifted box", "[mesh-com
   CHECK(sampled.inside.points + sampled.outside.points == 40000);
   CHECK(sampled.inside.volume == Approx(inside.volume).epsilon(0.01));
   CHECK(sampled.outside.fields[0].mean_square == Approx(48).epsilon(0.05));
+}
+
+TEST_CASE("comparison: what is too thin to be sampled is counted", "[mesh-comparison]") {
+  const Function x = [](const Point& p) { return std::vector<double>{p[0]}; };
+  const Sample a(cube(3, 0, 1), x);
+  const double film = 1e-5;
+  const Sample b(mapped(cube(3, 0, 1), [&](const Point& p) { return Point{p[0] + film, p[1], p[2]}; }), x);
+  const MeshComparison comparison = compare(a, b);
+  const InsideDifference inside = comparison.exact_inside();
+  const OutsideDifference outside = comparison.sampled_outside(inside, 2000, 5);
+  CHECK(outside.volume == Approx(film * 48 * 48).epsilon(1e-6));
+  CHECK(outside.points + outside.missed == 2000);
+  CHECK(outside.missed > 1000);
+  CHECK(outside.fields[0].max <= film * (1 + 1e-9));
+}
+
+TEST_CASE("comparison: values at points of no tet count for nothing", "[mesh-comparison]") {
+  const Function bent = [](const Point& p) { return std::vector<double>{p[0] * p[0]}; };
+  const Sample a(cube(4, 0, 1), bent), b(mapped(cube(2, 0, 1),
+                                                [](const Point&p) {
+                                                  return Point{p[0] * 2, p[1] * 2, p[2] * 2};
+                                                }),
+                                         bent);
+  const FieldDifference plain = compare(a, b).exact_inside().fields[0];
+  REQUIRE(plain.max > 1);
+  for (const double unused : {1.79e308, -1e200, std::numeric_limits<double>::infinity()}) {
+    Sample with = a;
+    with.found.points.push_back({7, 7, 7});
+    with.values.push_back(unused);
+    const FieldDifference same = compare(with, b).exact_inside().fields[0];
+    CHECK(same.max == plain.max);
+    CHECK(same.mean_square == plain.mean_square);
+    CHECK(same.scale == plain.scale);
+  }
 }
 
 TEST_CASE("comparison: exact errors of random meshes against dense sampling", "[mesh-comparison]") {

@@ -147,6 +147,29 @@ TEST_CASE("triangle surface: over a flat patch of many triangles", "[surface-dis
         Approx(plain_distance(at(2, 0.4, 0), flat)));
 }
 
+TEST_CASE("triangle surface: needles that are left along the surface's edges", "[surface-distance]") {
+  // Triangles a little off two sides of a cube, along the edge between them: cuts leave pieces 1e-17 wide there, which
+  // lie in the planes that cut next.
+  std::vector<Triangle> sides = patch(3, {1, 0, 0}, {0, 0, 1}, [](double, double) { return 0.0; });
+  const std::vector<Triangle> other = patch(3, {0, 1, 0}, {0, 0, 1}, [](double, double) { return 0.0; });
+  sides.insert(sides.end(), other.begin(), other.end());
+  const TriangleSurface surface(sides);
+  std::mt19937 random(5);
+  std::uniform_int_distribution<int> quarter(0, 4);
+  std::uniform_real_distribution<double> off(-1e-5, 1e-5);
+  for (int i = 0; i < 400; ++i) {
+    Triangle triangle{Point{0, 0, quarter(random) / 4.0}, Point{0, 0, quarter(random) / 4.0},
+                      Point{quarter(random) / 4.0, 0, quarter(random) / 4.0}};
+    for (Point& p : triangle)
+      for (double& x : p)
+        x += off(random);
+    const DistanceBounds bounds = surface.farthest(triangle, 0.01, 1e-9);
+    CAPTURE(i, bounds.lower, bounds.upper);
+    CHECK(bounds.lower < 2e-5);
+    CHECK(bounds.upper <= bounds.lower * 1.0101);
+  }
+}
+
 TEST_CASE("triangle surface: far from the origin no less is told", "[surface-distance]") {
   // All coordinates are multiples of 2^-10 and exact at 2^30, where sums of others round to 2^-22.
   const auto placed = [](Triangle t, double far) {

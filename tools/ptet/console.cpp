@@ -191,11 +191,13 @@ std::string brief(double number, int digits) {
 }
 
 std::string percent(double part, double whole) {
-  return whole > 0 && std::isfinite(part / whole) ? brief(100 * (part / whole), 3) + "%" : std::string{};
+  return whole > 0 && std::isfinite(whole) && std::isfinite(part / whole) ? brief(100 * (part / whole), 3) + "%"
+                                                                          : std::string{};
 }
 
 std::string percent_up(double part, double whole) {
-  return whole > 0 && std::isfinite(part / whole) ? brief_up(100 * (part / whole), 3) + "%" : std::string{};
+  return whole > 0 && std::isfinite(whole) && std::isfinite(part / whole) ? brief_up(100 * (part / whole), 3) + "%"
+                                                                          : std::string{};
 }
 
 std::string to_text(const Point& point) {

@@ -102,14 +102,14 @@ void note_overlaps(const MeasuredMesh& original, std::vector<std::string>& notes
   const auto says = [&](const char* code) { return count_of(original.report, code) > 0; };
   std::string what;
   if (original.boundary_intersections > 0)
-    what = "the boundary of '" + original.path + "' intersects itself";
+    what = "the boundary of '" + original.path + "' touches or intersects itself";
   else if (says("folded-faces"))
     what = "tets of '" + original.path + "' are folded over one another";
   else if (says("overlapping-tets"))
     what = "parts of '" + original.path + "' reach into one another";
   else
     return;
-  notes.push_back(what + ": where its tets overlap, their values differ among themselves, and that counts "
+  notes.push_back(what + ": wherever its tets overlap, their values differ among themselves, and that counts "
                          "as an error here; the errors that a .ptet file states do not hold it");
 }
 
@@ -221,19 +221,29 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
   const std::size_t notes_before = notes.size();
   const std::vector<PointArray>& arrays = original.mesh.point_arrays;
   const bool only_integers = std::none_of(arrays.begin(), arrays.end(), is_floating);
+  std::vector<std::string> absent;
   for (const PointArray& a : arrays) {
     const PointArray* const b = simplified.mesh.find(a.name);
-    if (b == nullptr || (!only_integers && (!is_floating(a) || !is_floating(*b)))) continue;
-    const std::string why = why_not(a, *b);
+    if (!only_integers && !is_floating(a)) continue;
+    if (b == nullptr) {
+      absent.push_back("field '" + a.name + "' is left out: it is not in '" + simplified.path + "'");
+      continue;
+    }
+    const bool is_of_integers = !only_integers && !is_floating(*b);
+    const std::string why =
+        is_of_integers ? "has integers in '" + simplified.path + "' (--field compares them)" : why_not(a, *b);
     if (why.empty()) {
       fields.push_back({a.name, a.name, a.components, range_of(original, a)});
     } else {
       notes.push_back("field '" + a.name + "' is left out: it " + why);
     }
   }
-  if (fields.empty() && notes.size() == notes_before)
+  if (fields.empty() && notes.size() == notes_before) {
     notes.emplace_back("the meshes have no " + std::string(only_integers ? "" : "floating-point ") +
                        "field in common: none is compared");
+  } else {
+    notes.insert(notes.end(), absent.begin(), absent.end());
+  }
   return fields;
 }
 
@@ -390,9 +400,10 @@ inside    where the two domains overlap: exact by clipping tets against tets, or
           counts.
 outside   the rest of ORIGINAL's domain, against the value at the closest point of SIMPLIFIED. Always sampled: the
           vertices of ORIGINAL that lie there, and 50,000 random points (with --samples: those of the N that fall there).
-          The RMS is over the points.
+          The RMS is over the points; films so thin that no point is found in them are said to be left out.
 distance  the one-sided Hausdorff distances between the boundaries, each between a lower bound that is attained and an
-          upper bound that is certified, at most --tolerance apart, or below 1e-9 of the diagonal.
+          upper bound that is certified, as a rule at most --tolerance apart, or below 1e-9 of the diagonal; needles
+          may take more cuts than are made.
 validity  tets whose orientation or shape is wrong (exact), what is no manifold, boundary faces that intersect (exact).
           What is found does not change the exit code.
 
@@ -400,8 +411,8 @@ validity  tets whose orientation or shape is wrong (exact), what is no manifold,
 greatest difference over what SIMPLIFIED covers of it (NaN where that is nothing).
 
 --json prints {"original", "simplified": {"volume", "validity": {"valid", ...}}, "overlap", "inside", "outside":
-{"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent"}}},
-"ranges", "hausdorff", "notes", "seconds"}.
+{"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent"}}}, for outside also "missed_points", those that
+were to lie in such films, "ranges", "hausdorff", "notes", "seconds"}.
 )";
 
 } // namespace

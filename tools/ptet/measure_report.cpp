@@ -50,16 +50,16 @@ Json to_json(const MeasuredMesh& side) {
 }
 
 Json percent_json(double part, double whole) {
-  return whole > 0 ? Json(100 * (part / whole)) : Json(nullptr);
+  return whole > 0 && std::isfinite(whole) ? Json(100 * (part / whole)) : Json(nullptr);
 }
 
-Json to_json(const FieldDifference& difference, double range) {
+Json to_json(const FieldDifference& difference, double range, bool has_mean = true) {
   const double rms = difference.rms();
   return {{"max", difference.max},
           {"max_percent", percent_json(difference.max, range)},
           {"max_at", difference.at},
-          {"rms", rms},
-          {"rms_percent", percent_json(rms, range)}};
+          {"rms", has_mean ? Json(rms) : Json(nullptr)},
+          {"rms_percent", has_mean ? percent_json(rms, range) : Json(nullptr)}};
 }
 
 Json to_json(const DistanceBounds& bounds, double diagonal) {
@@ -101,16 +101,17 @@ void print_validity(const MeasureOutcome& outcome) {
 }
 
 void print_fields(const MeasureOutcome& outcome) {
-  const auto line = [](const char* label, const FieldDifference& difference, double range) {
-    std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at)
-              << ", RMS " << with_percent(difference.rms(), range) << '\n';
+  const auto line = [](const char* label, const FieldDifference& difference, double range, bool has_mean) {
+    std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at);
+    if (has_mean) std::cout << ", RMS " << with_percent(difference.rms(), range);
+    std::cout << '\n';
   };
   const OutsideDifference& outside = outcome.outside;
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
     const auto& [name, simplified_name, components, range] = outcome.fields[f];
     std::cout << "  field       " << on_one_line(name) << ", range " << brief(range) << '\n';
-    line("    inside    ", outcome.inside.fields[f], range);
-    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range);
+    line("    inside    ", outcome.inside.fields[f], range, true);
+    if (outside.vertices + outside.points > 0) line("    outside   ", outside.fields[f], range, outside.points > 0);
   }
   std::cout << "  inside      "
             << (outcome.samples ? "sampled: " + counted(outcome.inside.points, "point") : std::string("exact")) << '\n';
@@ -121,6 +122,11 @@ void print_fields(const MeasureOutcome& outcome) {
     std::cout << "sampled: " << counted(outside.vertices, "vertex") << " and "
               << counted(outside.points, "random point") << " against the closest point\n";
   }
+  if (outside.missed > 0)
+    std::cout << "              "
+              << percent(static_cast<double>(outside.missed), static_cast<double>(outside.points + outside.missed))
+              << " of its volume lies in films too thin to be sampled"
+              << (outside.points > 0 ? ": the RMS is that of the rest\n" : "\n");
 }
 
 } // namespace
@@ -143,6 +149,7 @@ void print_json(const MeasureOutcome& outcome, const std::optional<std::string>&
                      {"volume", outcome.outside.volume},
                      {"vertices", outcome.outside.vertices},
                      {"points", outcome.outside.points},
+                     {"missed_points", outcome.outside.missed},
                      {"fields", Json::object()}};
   json["ranges"] = Json::object();
   for (std::size_t f = 0; f < outcome.fields.size(); ++f) {
@@ -150,7 +157,7 @@ void print_json(const MeasureOutcome& outcome, const std::optional<std::string>&
     json["ranges"][name] = range;
     json["inside"]["fields"][name] = to_json(outcome.inside.fields[f], range);
     if (outcome.outside.vertices + outcome.outside.points > 0)
-      json["outside"]["fields"][name] = to_json(outcome.outside.fields[f], range);
+      json["outside"]["fields"][name] = to_json(outcome.outside.fields[f], range, outcome.outside.points > 0);
   }
   json["hausdorff"] = {{"diagonal", diagonal},
                        {"original_to_simplified", to_json(outcome.there, diagonal)},
