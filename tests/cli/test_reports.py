@@ -312,6 +312,14 @@ class Reports(Case):
         done = self.ptet("extract", "kept.ptet", "--bytes", str(whole // 2), "--input-order", "-o", "half.vtu")
         self.assertIn("budget: the next split does not fit", done.stdout)
 
+    def test_the_order_of_arrays_is_not_that_of_the_input(self):
+        points, tets = meshes.grid(3)
+        fields = meshes.wave(points)
+        meshes.vtu(self.folder / "given.vtu", points, tets, fields)
+        self.ptet("build", "given.vtu", "--method", "QN", "--keep-order", "-o", "kept.ptet", "--quiet")
+        meshes.vtu(self.folder / "turned.vtu", points, tets, dict(reversed(fields.items())))
+        self.assertTrue(self.json("verify", "kept.ptet", "--original", "turned.vtu")["ok"])
+
     def test_it_comes_back_as_it_stood(self):
         points, tets = meshes.grid(5)
         points, tets = points[::-1], [[len(points) - 1 - v for v in tet] for tet in tets[::-1]]  # inverted, too
