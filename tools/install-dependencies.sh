@@ -31,7 +31,7 @@ packages=(
   python3 python3-numpy python3-vtk9
   xvfb xauth         # pictures on a machine without a display
 )
-test_packages=(clang-format clang-tidy shellcheck git python3-meshio python3-zstandard python3-xxhash)
+test_packages=(clang clang-format clang-tidy libclang-rt-dev shellcheck git python3-meshio python3-zstandard python3-xxhash)
 python_packages=(pybind11-dev python3-dev python3-pip python3-venv python3-matplotlib)
 test_packages+=("${python_packages[@]}" mypy) # mypy: the module's types
 paraview_packages=(g++ cmake ninja-build pkg-config libboost-dev libzstd-dev libxxhash-dev paraview-dev

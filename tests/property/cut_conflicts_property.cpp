@@ -156,27 +156,27 @@ std::vector<std::set<std::size_t>> inherited_curves(const RecordStream& records,
 
 /// Pairs of boundary faces that meet improperly and were there at the same time while the builder went on.
 std::size_t pairs_at_one_time(const History& history) {
-  const auto& [all, maker, consumer, faces, points] = history;
+  const auto &maker = history.maker, &consumer = history.consumer;
   const auto is_there_when_made = [&](std::size_t f, std::size_t g) {
     return maker[g] == test::CutMesh::kOriginal || consumer[f] == test::CutMesh::kOriginal || consumer[f] > maker[g];
   };
   std::size_t count = 0;
-  for_each_near_pair(faces, [&](const Bounded& a, const Bounded& b) {
+  for_each_near_pair(history.faces, [&](const Bounded& a, const Bounded& b) {
     if (is_there_when_made(a.version, b.version) && is_there_when_made(b.version, a.version))
-      count += static_cast<std::size_t>(faces_meet_improperly(a.face, b.face, points));
+      count += static_cast<std::size_t>(faces_meet_improperly(a.face, b.face, history.points));
   });
   return count;
 }
 
 /// Pairs of all the boundary faces there ever were that meet improperly and that some closed cut holds both of.
 std::size_t pairs_in_one_cut(const RecordStream& records, const History& history) {
-  const auto& [all, maker, consumer, faces, points] = history;
+  const auto &maker = history.maker, &consumer = history.consumer;
   std::vector<std::pair<std::size_t, std::size_t>> apart; // consumer of the one before the maker of the other
   std::size_t together = 0;
-  for_each_near_pair(faces, [&](const Bounded& a, const Bounded& b) {
+  for_each_near_pair(history.faces, [&](const Bounded& a, const Bounded& b) {
     for (const auto& [f, g] : {std::pair{a.version, b.version}, std::pair{b.version, a.version}})
       if (maker[g] != test::CutMesh::kOriginal && consumer[f] < maker[g] &&
-          faces_meet_improperly(a.face, b.face, points))
+          faces_meet_improperly(a.face, b.face, history.points))
         apart.emplace_back(consumer[f], maker[g]);
   });
   std::sort(apart.begin(), apart.end());

@@ -486,7 +486,7 @@ class Rejection(Case):
         accepted = 0
         for path in GOLDEN:
             pick = random.Random(path.name)
-            for trial in range(30):
+            for trial in range(12):
                 parts = Parts(path)
                 name = pick.choice(["blocks", "blocks", "table", "base", "arrays", "model"])
                 part = parts[name]
