@@ -13,6 +13,9 @@ constexpr double kSlack = 1e-9;
 constexpr std::size_t kMostParts = 64;
 /// A bound so close to the truth is good enough, where it is sought in all of the original boundary.
 constexpr double kRelative = 0.03;
+/// Needles ask for more cuts than they are worth: after these their bounds are a twentieth too wide, and hardly another
+/// face needs so many.
+constexpr std::size_t kMostCuts = 1000;
 
 std::vector<Triangle> points_of(const std::vector<Point>& positions, std::span<const std::array<Vertex, 3>> triangles) {
   std::vector<Triangle> points;
@@ -225,7 +228,7 @@ double BoundaryPieces::Division::away(std::uint32_t target, const PatchTriangle&
   if (!near_.empty()) least = std::min(least, away_from(face, near_, enough));
   if (least <= enough) return least;
   // What else is near may be held by faces elsewhere.
-  return std::min(least, of_.original_.farthest(face.x, kRelative, enough).upper);
+  return std::min(least, of_.original_.farthest(face.x, kRelative, enough, kMostCuts).upper);
 }
 
 double BoundaryPieces::Division::hand_over(std::span<const std::uint32_t> fine, std::span<PatchTriangle> fine_triangles,

@@ -19,7 +19,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNone = 0xffffffff;
-constexpr std::size_t kMaxCuts = 100'000;
 /// A cut along a surface triangle's edges must settle at least this share of the area.
 constexpr double kWorthCutting = 1.0 / 16;
 /// How far beyond its edges a triangle settles, against the distance that is good enough.
@@ -216,7 +215,7 @@ public:
     floor_sq_ = least * least;
   }
 
-  [[nodiscard]] DistanceBounds run() {
+  [[nodiscard]] DistanceBounds run(std::size_t most_cuts) {
     std::uint32_t over_center = kNone;
     (void)look(centroid(whole_), over_center);
     const double upper_sq = greatest_sq(whole_, surface_.triangles_[over_center]);
@@ -232,7 +231,7 @@ public:
     piece.settler = over_center;
     piece.upper_sq = upper_sq;
     push(piece);
-    for (std::size_t cuts = 0; !pieces_.empty() && cuts < kMaxCuts; ++cuts) {
+    for (std::size_t cuts = 0; !pieces_.empty() && cuts < most_cuts; ++cuts) {
       std::pop_heap(pieces_.begin(), pieces_.end(), is_nearer);
       piece = pieces_.back();
       pieces_.pop_back();
@@ -372,9 +371,10 @@ private:
   std::vector<Piece> pieces_;
 };
 
-DistanceBounds TriangleSurface::farthest(const Triangle& triangle, double relative, double floor) const {
+DistanceBounds TriangleSurface::farthest(const Triangle& triangle, double relative, double floor,
+                                         std::size_t most_cuts) const {
   if (triangles_.empty()) return {kInfinity, kInfinity};
-  return Refinement(*this, less(triangle, origin_), relative, floor).run();
+  return Refinement(*this, less(triangle, origin_), relative, floor).run(most_cuts);
 }
 
 DistanceBounds one_sided_hausdorff(std::span<const Triangle> triangles, const TriangleSurface& surface, double relative,

@@ -15,6 +15,7 @@
 #include "ptet/progress.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -47,10 +48,11 @@ public:
 
   /// Bounds of the greatest distance from a point of `triangle` to the surface: refined until
   /// upper <= max(lower * (1 + relative), floor). What is certainly within `floor` is not looked at further, so then
-  /// `lower` may be anything below. After some 10^5 cuts (a floor of 0 over a surface that is nearly the same) the
-  /// bounds are returned as they are, true but wide. Infinite when there is no triangle.
+  /// `lower` may be anything below. After `most_cuts` (a floor of 0 over a surface that is nearly the same, needles)
+  /// the bounds are returned as they are, true but wide. Infinite when there is no triangle.
   /// `relative`, `floor`: >= 0, the latter a distance. Thread rule: const.
-  [[nodiscard]] DistanceBounds farthest(const Triangle& triangle, double relative, double floor) const;
+  [[nodiscard]] DistanceBounds farthest(const Triangle& triangle, double relative, double floor,
+                                        std::size_t most_cuts = 100'000) const;
 
 private:
   class Refinement;
