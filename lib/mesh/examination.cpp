@@ -160,9 +160,13 @@ private:
 
   void check_extent() {
     const std::array<double, 3> sides = extent();
-    if (*std::max_element(sides.begin(), sides.end()) < kSmallestExtent) {
-      report_defect("tiny-extent", "the mesh's extent is below 1e-50 along every axis: ptet cannot compute with it, "
-                                   "choose a smaller unit of length");
+    const double largest = *std::max_element(sides.begin(), sides.end());
+    if (largest < kSmallestExtent) {
+      report_defect("tiny-extent",
+                    largest == 0 ? "all vertices of tets lie in one point: ptet cannot compute with that; where they "
+                                   "should not, the coordinates' type is too coarse for their offset"
+                                 : "the mesh's extent is below 1e-50 along every axis: ptet cannot "
+                                   "compute with it, choose a smaller unit of length");
       return;
     }
     // A mesh in a plane of two axes has flat tets only, and no volumes to compute.
@@ -337,6 +341,7 @@ private:
   /// Where tets lie in tets of other parts: looked for along the boundary, where there is one that tells inside.
   void check_overlaps() {
     if (!out_.folded.empty() || !out_.faces.crowded.empty() || !out_.faces.duplicates.empty()) return;
+    out_.overlaps_examined = true;
     Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, [this] { look(); });
     const char* const then = "parts of the mesh overlap, and errors there are those of each part by itself";
     Tally crossing, within;

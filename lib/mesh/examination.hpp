@@ -18,6 +18,7 @@ struct Examination {
   BoundarySurface boundary;
   VertexLinks links;
   std::vector<std::array<HalfFace, 2>> crossing; ///< boundary faces, see Overlaps
+  bool overlaps_examined = false;                ///< see MeshReport
   std::vector<HalfFace> folded;                  ///< faces whose two tets are on the same side, one half-face of each
   std::vector<Finding> findings;                 ///< in the order of the checks
 };

@@ -88,6 +88,7 @@ MeshReport report_on(const TetMesh& mesh, const Examination& found) {
   MeshReport report;
   report.tets = mesh.tets.size();
   report.vertices = found.points.size();
+  report.overlaps_examined = found.overlaps_examined;
   measure_topology(found, report);
   measure_geometry(found, report);
   for (const PointArray& array : mesh.point_arrays)

@@ -384,7 +384,10 @@ class Measure(Case):
         meshes.vtu(self.folder / "folded.vtu", folded, tets)
         report = self.json("measure", "folded.vtu", "fine.vtu")
         self.assertEqual(report["original"]["validity"]["boundary_self_intersections"], 0)
+        self.assertIsNone(report["original"]["validity"]["overlapping_tets"])
+        self.assertEqual(report["simplified"]["validity"]["overlapping_tets"], 0)
         self.assertTrue(any("folded over one another" in note for note in report["notes"]))
+        self.assertIn("not looked for", self.ptet("measure", "fine.vtu", "folded.vtu").stdout)
         meshes.vtu(self.folder / "nested.vtu", [*points, *((x / 4 + 0.3, y / 4 + 0.3, z / 4 + 0.3) for x, y, z in points)],
                    [*tets, *([v + len(points) for v in tet] for tet in tets)])
         report = self.json("measure", "nested.vtu", "fine.vtu")
@@ -411,6 +414,9 @@ class Measure(Case):
         self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "coarse.vtu", says="coarse.vtu")
         self.refused(2, "measure", "fine.vtu", "coarse.vtu", "--errors", "e.vtu", "--samples", 9, says="--errors")
         self.assertEqual(self.files(), ["again.vtu", "coarse.vtu", "errors.vtu", "fine.vtu"])
+        meshes.vtu(self.folder / "bare.vtu", *meshes.grid(2))
+        self.refused(3, "measure", "fine.vtu", "bare.vtu", "--errors", "e.vtu", says="no errors to write")
+        self.assertNotIn("e.vtu", self.files())
 
     def test_integers_beyond_what_a_double_holds_are_compared_as_integers(self):
         points, tets = meshes.grid(3)

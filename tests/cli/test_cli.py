@@ -7,6 +7,7 @@ import os
 import pty
 import random
 import resource
+import signal
 import struct
 import subprocess
 import sys
@@ -426,6 +427,14 @@ class Files(Case):
         done = subprocess.run(f"{program()} dump --annotate grid.ptet | head -n 1", shell=True, cwd=self.folder,
                               capture_output=True, encoding="utf-8", check=False)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_what_only_prints_ends_at_the_first_interrupt(self):
+        self.built_grid(6)
+        with subprocess.Popen([program(), "dump", "--annotate", "grid.ptet"], cwd=self.folder,
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as run:
+            self.assertTrue(run.stdout.read(100))  # the rest is more than a pipe holds: it waits
+            run.send_signal(signal.SIGINT)
+            self.assertEqual(run.wait(timeout=10), -signal.SIGINT)
 
     def test_damage(self):
         whole = self.built_grid(4).read_bytes()

@@ -450,6 +450,7 @@ TEST_CASE("a mesh too small to compute with, and one without any extent") {
     const MeshReport report = validate(mesh);
     REQUIRE(report.first_error() != nullptr);
     CHECK(report.first_error()->code == "tiny-extent");
+    CHECK((report.first_error()->message.find("in one point") != std::string::npos) == (scale == 0));
   }
 }
 

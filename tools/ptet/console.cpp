@@ -97,6 +97,16 @@ void catch_interrupts() {
   }
 }
 
+void let_interrupts_end() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler != note_interrupt) continue;
+    action.sa_handler = SIG_DFL;
+    sigaction(signal, &action, nullptr);
+  }
+  stop_if_interrupted(); // by one that came before
+}
+
 bool interrupted() {
   return interrupt_flag.load(std::memory_order_relaxed);
 }
@@ -190,14 +200,19 @@ std::string brief(double number, int digits) {
   return text;
 }
 
+std::optional<double> percentage(double part, double whole) {
+  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(part / whole)) return std::nullopt;
+  return 100 * (part / whole);
+}
+
 std::string percent(double part, double whole) {
-  return whole > 0 && std::isfinite(whole) && std::isfinite(part / whole) ? brief(100 * (part / whole), 3) + "%"
-                                                                          : std::string{};
+  const std::optional<double> share = percentage(part, whole);
+  return share ? brief(*share, 3) + "%" : std::string{};
 }
 
 std::string percent_up(double part, double whole) {
-  return whole > 0 && std::isfinite(whole) && std::isfinite(part / whole) ? brief_up(100 * (part / whole), 3) + "%"
-                                                                          : std::string{};
+  const std::optional<double> share = percentage(part, whole);
+  return share ? brief_up(*share, 3) + "%" : std::string{};
 }
 
 std::string to_text(const Point& point) {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -40,6 +41,8 @@ int guarded(const std::function<int()>& run);
 /// From here on SIGINT, SIGTERM and SIGHUP set a flag that progress callbacks look at; a second one of the same kind
 /// kills.
 void catch_interrupts();
+/// For what only reads and prints, and so leaves nothing behind wherever it ends: from here on the first one kills.
+void let_interrupts_end();
 [[nodiscard]] bool interrupted();
 /// Throws Error(kCancelled) after an interrupt.
 void stop_if_interrupted();
@@ -88,7 +91,9 @@ private:
 [[nodiscard]] std::string counted(std::uint64_t number, std::string_view noun);
 /// `digits` significant digits.
 [[nodiscard]] std::string brief(double number, int digits = 4);
-/// part / whole as "12.3%"; empty when there is no whole.
+/// 100 part / whole; nothing where there is no whole, or none that a share can be told of.
+[[nodiscard]] std::optional<double> percentage(double part, double whole);
+/// The same as "12.3%", or empty.
 [[nodiscard]] std::string percent(double part, double whole);
 /// The same for a bound: rounded up.
 [[nodiscard]] std::string percent_up(double part, double whole);

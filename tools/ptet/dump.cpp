@@ -2,6 +2,7 @@
 #include "formats/ptet/dump.hpp"
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "files.hpp"
 
 #include <iostream>
@@ -31,6 +32,7 @@ void add_dump(CLI::App& program) {
   command->add_flag("--annotate", arguments->annotate, "every byte, with what it means");
   command->footer(kExamples);
   command->callback([arguments] {
+    let_interrupts_end();
     about_file(arguments->input, [&] { file::dump(std::cout, arguments->input, arguments->annotate); });
   });
 }

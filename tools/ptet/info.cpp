@@ -293,6 +293,7 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
 }
 
 void run_ptet(const Arguments& arguments) {
+  let_interrupts_end();
   const DatasetInfo info = Dataset::open(arguments.input)->info();
   const std::vector<Level> levels =
       arguments.levels ? levels_of(arguments.input, info.base_vertices) : std::vector<Level>{};

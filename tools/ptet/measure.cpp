@@ -369,6 +369,10 @@ void run(const Arguments& arguments) {
   note_convention(outcome.original, outcome.notes);
   note_convention(outcome.simplified, outcome.notes);
   outcome.fields = choose_fields(arguments.fields, outcome.original, outcome.simplified, outcome.notes);
+  if (arguments.errors && outcome.fields.empty())
+    throw Error(ErrorCode::kBadInput,
+                "--errors: there are no errors to write: " +
+                    (outcome.notes.empty() ? std::string("no field is compared") : outcome.notes.back()));
   threads.run([&] {
     measure_fields(wishes, outcome, progress.callback());
     measure_boundaries(wishes, outcome, progress.callback());
@@ -412,7 +416,8 @@ greatest difference over what SIMPLIFIED covers of it (NaN where that is nothing
 
 --json prints {"original", "simplified": {"volume", "validity": {"valid", ...}}, "overlap", "inside", "outside":
 {"fields": {NAME: {"max", "max_percent", "max_at", "rms", "rms_percent"}}}, for outside also "missed_points", those that
-were to lie in such films, "ranges", "hausdorff", "notes", "seconds"}.
+were to lie in such films, "ranges", "hausdorff", "notes", "seconds"}. What there is no number of is null: the place of a
+maximum of 0, percents of a field that is constant, tets that overlap where tets are folded or lie in one place.
 )";
 
 } // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <optional>
 
 namespace ptet::cli {
 namespace {
@@ -14,10 +15,12 @@ namespace {
 struct Defect {
   const char* key;
   const char* text;
-  std::uint64_t count;
+  std::optional<std::uint64_t> count; ///< nothing: it could not be looked for
 };
 std::vector<Defect> defects_of(const MeasuredMesh& side) {
   const auto count = [&](const char* code) { return count_of(side.report, code); };
+  std::optional<std::uint64_t> overlapping;
+  if (side.report.overlaps_examined) overlapping = count("overlapping-tets");
   return {{"inverted_tets", "inverted tets", count("inverted-tets")},
           {"flat_tets", "flat tets", count("flat-tets")},
           {"tets_with_repeated_vertices", "tets with a vertex twice", count("repeated-vertices")},
@@ -27,12 +30,13 @@ std::vector<Defect> defects_of(const MeasuredMesh& side) {
           {"non_manifold_edges", "non-manifold boundary edges", count("non-manifold-edges")},
           {"non_manifold_vertices", "non-manifold vertices", count("non-manifold-vertices")},
           {"boundary_self_intersections", "pairs of boundary faces that intersect", side.boundary_intersections},
-          {"overlapping_tets", "tets at the boundary that others reach into", count("overlapping-tets")}};
+          {"overlapping_tets", "tets at the boundary that others reach into", overlapping}};
 }
 
 bool is_valid(const MeasuredMesh& side) {
   const std::vector<Defect> defects = defects_of(side);
-  return std::all_of(defects.begin(), defects.end(), [](const Defect& defect) { return defect.count == 0; });
+  return std::all_of(defects.begin(), defects.end(),
+                     [](const Defect& defect) { return defect.count.value_or(0) == 0; });
 }
 
 Json to_json(const MeasuredMesh& side) {
@@ -41,7 +45,7 @@ Json to_json(const MeasuredMesh& side) {
   Json& validity = json["validity"];
   validity["valid"] = is_valid(side);
   for (const Defect& defect : defects_of(side))
-    validity[defect.key] = defect.count;
+    validity[defect.key] = defect.count ? Json(*defect.count) : Json(nullptr);
   validity["components"] = report.components;
   validity["boundary_components"] = report.boundary_components;
   validity["euler_characteristic"] = report.euler_characteristic;
@@ -50,14 +54,15 @@ Json to_json(const MeasuredMesh& side) {
 }
 
 Json percent_json(double part, double whole) {
-  return whole > 0 && std::isfinite(whole) ? Json(100 * (part / whole)) : Json(nullptr);
+  const std::optional<double> share = percentage(part, whole);
+  return share ? Json(*share) : Json(nullptr);
 }
 
 Json to_json(const FieldDifference& difference, double range, bool has_mean = true) {
   const double rms = difference.rms();
   return {{"max", difference.max},
           {"max_percent", percent_json(difference.max, range)},
-          {"max_at", difference.at},
+          {"max_at", difference.max > 0 ? Json(difference.at) : Json(nullptr)},
           {"rms", has_mean ? Json(rms) : Json(nullptr)},
           {"rms_percent", has_mean ? percent_json(rms, range) : Json(nullptr)}};
 }
@@ -88,9 +93,13 @@ void print_side(const char* label, const MeasuredMesh& side) {
 void print_validity(const MeasureOutcome& outcome) {
   const std::vector<Defect> before = defects_of(outcome.original), after = defects_of(outcome.simplified);
   for (std::size_t i = 0; i < after.size(); ++i) {
-    if (after[i].count == 0) continue;
-    std::cout << "  defect      " << after[i].text << ": " << grouped(after[i].count);
-    if (before[i].count > 0) std::cout << " (the original has " << grouped(before[i].count) << ")";
+    if (after[i].count == 0u) continue;
+    std::cout << "  defect      " << after[i].text << ": ";
+    if (after[i].count)
+      std::cout << grouped(*after[i].count);
+    else
+      std::cout << "not looked for, as the other defects leave no boundary that tells inside from outside";
+    if (before[i].count.value_or(0) > 0) std::cout << " (the original has " << grouped(*before[i].count) << ")";
     std::cout << '\n';
   }
   std::cout << "  validity    "
@@ -102,7 +111,8 @@ void print_validity(const MeasureOutcome& outcome) {
 
 void print_fields(const MeasureOutcome& outcome) {
   const auto line = [](const char* label, const FieldDifference& difference, double range, bool has_mean) {
-    std::cout << label << "maximum " << with_percent(difference.max, range) << " at " << to_text(difference.at);
+    std::cout << label << "maximum " << with_percent(difference.max, range);
+    if (difference.max > 0) std::cout << " at " << to_text(difference.at);
     if (has_mean) std::cout << ", RMS " << with_percent(difference.rms(), range);
     std::cout << '\n';
   };

@@ -55,6 +55,9 @@ struct MeshReport {
   std::int64_t boundary_euler_characteristic = 0;
   double volume = 0; ///< sum of |volume| of the tets, mesh units cubed
   double boundary_area = 0;
+  /// Whether parts that overlap were looked for: not where faces are folded or of more than two tets, or tets there
+  /// twice, for then no boundary tells inside from outside.
+  bool overlaps_examined = false;
   Point box_min{};
   Point box_max{};
   std::vector<FieldSummary> fields;
