@@ -4,6 +4,7 @@
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/version_table.hpp"
 #include "mesh/predicates.hpp"
+#include "mesh/value_offset.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace {
 constexpr int kMostAttempts = 32;
 /// Records or versions between two reports of progress.
 constexpr std::uint32_t kBatch = 16384;
-/// Of the diagonal, which is one rounded square root of what the box is.
+/// Of the diagonal, which is one rounded square root of what the box is, and of the ranges of vectors likewise.
 constexpr double kDiagonalSlack = 1e-12;
 /// The volume may differ from the header's by this part of it, as it is summed in another order,
 constexpr double kVolumeSlack = 1e-9;
@@ -341,6 +342,32 @@ void check_orientations(Verified& verified, Teller& tell, const ProgressCallback
                              " in the original");
 }
 
+/// The scales of the field errors.
+void check_ranges(const Header& header, const TetMesh& mesh, Teller& tell) {
+  std::vector<char> is_used(mesh.vertex_count());
+  for (const Tet& tet : mesh.tets)
+    for (const VertexId v : tet)
+      is_used[v.index()] = 1;
+  for (std::size_t a = 0; a < header.arrays.size(); ++a) {
+    if (!header.arrays[a].governing) continue;
+    const PointArray& array = mesh.point_arrays[a];
+    double range = 0;
+    for (std::uint32_t c = 0; c < array.components; ++c) {
+      const ValueOffset offset(array, 0, c);
+      double least = std::numeric_limits<double>::infinity(), greatest = -least;
+      for (std::size_t v = 0; v < is_used.size(); ++v) {
+        if (is_used[v] == 0) continue;
+        const double value = offset.value(array, v, c);
+        least = std::min(least, value);
+        greatest = std::max(greatest, value);
+      }
+      range = std::hypot(range, greatest - least);
+    }
+    if (!(std::abs(header.arrays[a].range - range) <= kDiagonalSlack * range))
+      tell({"the range of '" + array.name + "' in the header is not that of its values", {}, {}, {}, {}});
+  }
+}
+
 /// What the header says of the mesh.
 void check_header(const Verified& verified, Teller& tell) {
   using namespace vec;
@@ -371,6 +398,7 @@ void check_header(const Verified& verified, Teller& tell) {
     tell({"the diagonal of the header is not that of the mesh", 104, {}, {}, {}});
   if (header.volume > 0 && !(std::abs(header.volume - volume) <= kVolumeSlack * volume + rounding))
     tell({"the volume of the header is not that of the mesh", 112, {}, {}, {}});
+  check_ranges(header, mesh, tell);
 }
 
 } // namespace

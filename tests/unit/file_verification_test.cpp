@@ -180,6 +180,21 @@ TEST_CASE("verification: a diagonal of the header that is not the box's") {
   }
 }
 
+TEST_CASE("verification: a range that is not that of the values, which scales the errors") {
+  for (const double factor : {0.5, 2.0, 1 + 1e-9}) {
+    const TetMesh mesh = grid({{6, 6, 6}, {}, 2, 1});
+    RecordStream records = simplify_naively(mesh);
+    records.volume = build::volume_of(prepare(mesh));
+    CHECK(verify(file::encode(mesh, records, kExactManifest)).empty());
+    records.fields[0].range *= factor;
+    const Found found = verify(file::encode(mesh, records, kExactManifest));
+    INFO(list_of(found));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].what == "the range of '" + mesh.point_arrays[records.fields[0].array].name +
+                               "' in the header is not that of its values");
+  }
+}
+
 TEST_CASE("verification: each way to break the layout is found, alone, with its place") {
   const Bytes good = sample_file();
   using Kind = file::SectionKind;
