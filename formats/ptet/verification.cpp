@@ -3,8 +3,8 @@
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/version_table.hpp"
+#include "mesh/governing.hpp"
 #include "mesh/predicates.hpp"
-#include "mesh/value_offset.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -351,19 +351,8 @@ void check_ranges(const Header& header, const TetMesh& mesh, Teller& tell) {
   for (std::size_t a = 0; a < header.arrays.size(); ++a) {
     if (!header.arrays[a].governing) continue;
     const PointArray& array = mesh.point_arrays[a];
-    double range = 0;
-    for (std::uint32_t c = 0; c < array.components; ++c) {
-      const ValueOffset offset(array, 0, c);
-      double least = std::numeric_limits<double>::infinity(), greatest = -least;
-      for (std::size_t v = 0; v < is_used.size(); ++v) {
-        if (is_used[v] == 0) continue;
-        const double value = offset.value(array, v, c);
-        least = std::min(least, value);
-        greatest = std::max(greatest, value);
-      }
-      range = std::hypot(range, greatest - least);
-    }
-    if (!(std::abs(header.arrays[a].range - range) <= kDiagonalSlack * range))
+    const double range = range_of(array, is_used);
+    if (!std::isfinite(range) || !(std::abs(header.arrays[a].range - range) <= kDiagonalSlack * range))
       tell({"the range of '" + array.name + "' in the header is not that of its values", {}, {}, {}, {}});
   }
 }

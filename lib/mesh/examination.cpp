@@ -407,7 +407,7 @@ private:
       report(non_finite_rows(array), "non-finite-values", Severity::kWarning,
              "vertex where '" + array.name + "' is not finite", "vertices where '" + array.name + "' is not finite",
              "the values are kept, but errors of this field cannot be measured");
-      if (!has_measurable_range(array, out_.links.used))
+      if (!std::isfinite(range_of(array, out_.links.used)))
         out_.findings.push_back({"too-wide-values",
                                  Severity::kWarning,
                                  1,

@@ -19,9 +19,9 @@ std::vector<std::uint32_t> governing_by_default(const std::vector<PointArray>& a
   return chosen;
 }
 
-bool has_measurable_range(const PointArray& array, const std::vector<char>& used) {
+double range_of(const PointArray& array, const std::vector<char>& used) {
   const auto first = std::find(used.begin(), used.end(), 1);
-  if (first == used.end()) return true;
+  if (first == used.end()) return 0;
   double diagonal = 0;
   for (std::uint32_t component = 0; component < array.components; ++component) {
     const ValueOffset offset(array, static_cast<std::size_t>(first - used.begin()), component);
@@ -34,10 +34,10 @@ bool has_measurable_range(const PointArray& array, const std::vector<char>& used
       greatest = std::max(greatest, value);
     }
     if (least > greatest) continue; // none is finite
-    if (spans_too_far(array, greatest - least)) return false;
+    if (spans_too_far(array, greatest - least)) return std::numeric_limits<double>::infinity();
     diagonal = std::hypot(diagonal, greatest - least);
   }
-  return std::isfinite(diagonal);
+  return diagonal;
 }
 
 } // namespace ptet

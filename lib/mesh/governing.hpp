@@ -11,8 +11,9 @@ namespace ptet {
 /// The indices of those that govern where none are named: the floating-point ones; all, where there are none.
 [[nodiscard]] std::vector<std::uint32_t> governing_by_default(const std::vector<PointArray>& arrays);
 
-/// Whether doubles hold the range of the array, the diagonal of the box of its values, and tell its values apart.
-/// `used`: one a row, whether it counts; values that are not finite do not.
-[[nodiscard]] bool has_measurable_range(const PointArray& array, const std::vector<char>& used);
+/// Largest minus least value, of a vector the diagonal of the box of its values. Infinite where that passes a double,
+/// or where doubles do not tell integers that far apart: errors of such an array are not measured. `used`: one a row, 1
+/// where it counts; values that are not finite do not.
+[[nodiscard]] double range_of(const PointArray& array, const std::vector<char>& used);
 
 } // namespace ptet

@@ -68,7 +68,7 @@ FieldSummary summarise(const PointArray& array, const Examination& found) {
       summary.max = std::fmax(summary.max, value);
     }
   });
-  summary.can_govern = summary.not_finite == 0 && has_measurable_range(array, found.links.used);
+  summary.can_govern = summary.not_finite == 0 && std::isfinite(range_of(array, found.links.used));
   return summary;
 }
 

@@ -9,6 +9,7 @@
 #include "formats/file_names.hpp"
 #include "formats/vtk/write.hpp"
 #include "measure_report.hpp"
+#include "mesh/governing.hpp"
 #include "mesh/value_offset.hpp"
 #include "ptet/weld.hpp"
 
@@ -16,7 +17,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -150,22 +150,6 @@ bool spans_too_much(const MeasuredMesh& original, const MeasuredMesh& side, cons
   return false;
 }
 
-/// Largest minus least value; for vectors the diagonal of the box of values. Over vertices in tets.
-double range_of(const MeasuredMesh& side, const PointArray& array) {
-  double range = 0;
-  for (std::uint32_t i = 0; i < array.components; ++i) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    const ValueOffset offset = offset_of(side, array, i);
-    for (std::uint32_t v = 0; v < array.size(); ++v) {
-      if (!side.found.links.used[v]) continue;
-      low = std::min(low, offset.value(array, v, i));
-      high = std::max(high, offset.value(array, v, i));
-    }
-    range = std::hypot(range, high - low);
-  }
-  return range;
-}
-
 std::vector<std::string> array_names(const TetMesh& mesh) {
   std::vector<std::string> names;
   for (const PointArray& array : mesh.point_arrays)
@@ -215,7 +199,7 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
     }
     const std::string why = why_not(a, b);
     if (!why.empty()) throw Error(ErrorCode::kBadInput, "field '" + name + "' " + why);
-    fields.push_back({name, other, a.components, range_of(original, a)});
+    fields.push_back({name, other, a.components, range_of(a, original.found.links.used)});
   }
   if (!names.empty()) return fields;
   const std::size_t notes_before = notes.size();
@@ -233,7 +217,7 @@ std::vector<ComparedField> choose_fields(const std::vector<std::string>& names, 
     const std::string why =
         is_of_integers ? "has integers in '" + simplified.path + "' (--field compares them)" : why_not(a, *b);
     if (why.empty()) {
-      fields.push_back({a.name, a.name, a.components, range_of(original, a)});
+      fields.push_back({a.name, a.name, a.components, range_of(a, original.found.links.used)});
     } else {
       notes.push_back("field '" + a.name + "' is left out: it " + why);
     }
@@ -372,7 +356,7 @@ void run(const Arguments& arguments) {
   if (arguments.errors && outcome.fields.empty())
     throw Error(ErrorCode::kBadInput,
                 "--errors: there are no errors to write: " +
-                    (outcome.notes.empty() ? std::string("no field is compared") : outcome.notes.back()));
+                    outcome.notes.back()); // which says why no field is compared
   threads.run([&] {
     measure_fields(wishes, outcome, progress.callback());
     measure_boundaries(wishes, outcome, progress.callback());
