@@ -56,7 +56,10 @@ private:
       walk();
     }
     if (!met_boundary_ || parts_.beyond_limit()) return;
-    original_.boundary_tree->each_meeting(box(), [&](std::uint32_t face) {
+    const auto near = [&, version = box()](const BoundingBox& other) {
+      return version.meets(other) && !view_.is_beyond(other);
+    };
+    original_.boundary_tree->each_where(near, 0, [&](std::uint32_t face) {
       const HalfFace h = original_.boundary_faces[face];
       if (w_.tet_stamp_[h / 4] < queued() && !apart(original_.cells[h / 4], kOutwardFace[h % 4])) push(h / 4);
     });

@@ -71,6 +71,8 @@ VersionView::Shape VersionView::begin(const Tet& version) {
     if (shape != Shape::kSolid) return shape;
     det = determinant_;
     shape_rounding_ = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      plane_[i] = {fine_plane_[i][0].rounded(), fine_plane_[i][1].rounded(), fine_plane_[i][2].rounded()};
     rounding_ = kFinePlaneRounding / det * longest_sq;
   } else {
     determinant_ = det;
@@ -78,6 +80,7 @@ VersionView::Shape VersionView::begin(const Tet& version) {
     plane_ = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
     rounding_ = kPlaneRounding / det * longest_sq;
   }
+  plane_rounding_ = kPlaneRounding / det * longest_sq;
   per_length_ = {1 / length[0], 1 / length[1], 1 / length[2]};
   clear();
   add_corners();
@@ -128,6 +131,24 @@ void VersionView::add_corners() {
     corner.barycentric[i] = 1;
   }
   differences_.resize(4 * channels_, 0.0);
+}
+
+bool VersionView::is_beyond(const BoundingBox& box) const {
+  Vec3 middle{}, half{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double low = box.low[axis] - origin_[axis], high = box.high[axis] - origin_[axis];
+    middle[axis] = (low + high) / 2;
+    half[axis] = (high - low) / 2;
+  }
+  const double reach = std::abs(middle[0]) + half[0] + std::abs(middle[1]) + half[1] + std::abs(middle[2]) + half[2];
+  const double slack = kMostPlaneRounding + plane_rounding_ * reach;
+  const auto is_outer = [&](const Vec3& plane, double at_origin) { // false where it is not finite
+    const double most = at_origin + dot(plane, middle) + std::abs(plane[0]) * half[0] + std::abs(plane[1]) * half[1] +
+                        std::abs(plane[2]) * half[2];
+    return most < -slack;
+  };
+  return is_outer(plane_[0], 0) || is_outer(plane_[1], 0) || is_outer(plane_[2], 0) ||
+         is_outer(Vec3{} - plane_[0] - plane_[1] - plane_[2], 1);
 }
 
 /// Barycentric coordinates with twice the digits.

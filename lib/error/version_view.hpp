@@ -11,6 +11,7 @@
 #pragma once
 
 #include "error/double_double.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/mesh.hpp"
 
@@ -48,6 +49,10 @@ public:
   [[nodiscard]] bool is_fine() const { return is_fine_; }
   /// Of its edges: six times its volume.
   [[nodiscard]] double determinant() const { return determinant_; }
+
+  /// Whether one plane of the version has all of the box on its outer side, further from it than rounding reaches:
+  /// then it is so for the rows of all vertices in the box.
+  [[nodiscard]] bool is_beyond(const BoundingBox& box) const;
 
   /// The row of a vertex, in the order of looking at them; the corners are the first.
   std::uint32_t look_at(std::uint32_t v) {
@@ -95,7 +100,8 @@ private:
   std::array<Vec3, 3> plane_{};          ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
   std::array<FineVec3, 3> fine_plane_{}; ///< in its place where the version, or a difference, takes twice the digits
   bool has_fine_planes_ = false;
-  double rounding_ = 0; ///< of these, for each unit of |p - origin|
+  double plane_rounding_ = 0; ///< of plane_, for each unit of |p - origin|
+  double rounding_ = 0;       ///< the same of the planes that rows are made with
   double shape_rounding_ = 0;
   Vec3 per_length_{};         ///< of the edges from corner 0
   std::vector<double> edges_; ///< edge from corner 0 x channel: the difference of the values

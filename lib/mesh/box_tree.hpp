@@ -78,20 +78,25 @@ public:
   /// The same for items from `first_item` on.
   template <class Visit>
   void each_meeting(const BoundingBox& query, std::uint32_t first_item, Visit&& visit) const {
+    each_where([&](const BoundingBox& box) { return box.meets(query); }, first_item, visit);
+  }
+  /// The same for each item for whose box `near` is true. What it is false for it must be false for all parts of.
+  template <class Near, class Visit>
+  void each_where(Near&& near, std::uint32_t first_item, Visit&& visit) const {
     std::array<std::uint32_t, 64> pending;
     std::size_t count = 0;
     if (!nodes_.empty()) pending[count++] = 0;
     while (count > 0) {
       const std::uint32_t id = pending[--count];
       const Node& node = nodes_[id];
-      if (node.last_item < first_item || !node.box.meets(query)) continue;
+      if (node.last_item < first_item || !near(node.box)) continue;
       if (node.count == 0) {
         pending[count++] = node.first;
         pending[count++] = id + 1;
         continue;
       }
       for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot)
-        if (order_[slot] >= first_item && boxes_[slot].meets(query)) visit(order_[slot]);
+        if (order_[slot] >= first_item && near(boxes_[slot])) visit(order_[slot]);
     }
   }
 

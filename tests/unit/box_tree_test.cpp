@@ -43,6 +43,13 @@ TEST_CASE("a tree of boxes finds what meets a box, from an item on") {
       for (std::uint32_t item = first_item; item < count; ++item)
         if (boxes[item].meets(query)) expected.push_back(item);
       REQUIRE(found(tree, query, first_item) == expected);
+      std::vector<std::uint32_t> in_half, expected_in_half;
+      const auto near = [&](const BoundingBox& box) { return box.low[0] + box.low[1] <= query.low[0]; };
+      tree.each_where(near, first_item, [&](std::uint32_t item) { in_half.push_back(item); });
+      std::sort(in_half.begin(), in_half.end());
+      for (std::uint32_t item = first_item; item < count; ++item)
+        if (near(boxes[item])) expected_in_half.push_back(item);
+      REQUIRE(in_half == expected_in_half);
     }
   }
 }

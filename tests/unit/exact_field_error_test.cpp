@@ -1,6 +1,8 @@
 // The field error of a version, largest and integrated, where both are known by hand.
 #include "error/exact_field_error.hpp"
+#include "error/original_cells.hpp"
 #include "error/star_cones.hpp"
+#include "error/version_view.hpp"
 #include "mesh/vec3.hpp"
 #include "support/meshes.hpp"
 
@@ -353,6 +355,34 @@ TEST_CASE("a common offset of the values loses none of the error") {
     CHECK(found.largest == expected.largest);
     CHECK(found.integral == expected.integral);
   }
+}
+
+TEST_CASE("a box is beyond a version where one of its planes has every vertex in it on the outer side") {
+  const PreparedMesh prepared = prepare(test::grid({{4, 4, 4}, {}, 3, 1}));
+  const std::vector<double> values(prepared.used_vertex_count);
+  const std::size_t none = 0;
+  const OriginalCells original(prepared, {values, 1, {&none, 1}});
+  VersionView view(original);
+  std::mt19937_64 random(11);
+  const auto vertex = [&] { return static_cast<std::uint32_t>(random() % prepared.used_vertex_count); };
+  int beyond = 0, told_apart_by_planes_alone = 0;
+  for (int tries = 0; tries < 20000; ++tries) {
+    Tet version{VertexId{vertex()}, VertexId{vertex()}, VertexId{vertex()}, VertexId{vertex()}};
+    const auto at = [&](std::size_t i) { return prepared.points[version[i].index()]; };
+    if (orientation(at(0), at(1), at(2), at(3)) < 0) std::swap(version[2], version[3]);
+    if (view.begin(version) != VersionView::Shape::kSolid) continue;
+    const std::array<std::uint32_t, 3> held{vertex(), vertex(), vertex()};
+    const BoundingBox box = box_of<3>({original.point(held[0]), original.point(held[1]), original.point(held[2])});
+    unsigned common = 0xF;
+    for (const std::uint32_t v : held)
+      common &= view.row(view.look_at(v)).strictly_beyond;
+    if (!view.is_beyond(box)) continue;
+    CHECK(common != 0);
+    ++beyond;
+    if (box.meets(box_of<4>({at(0), at(1), at(2), at(3)}))) ++told_apart_by_planes_alone;
+  }
+  CHECK(beyond > 1000);
+  CHECK(told_apart_by_planes_alone > 100);
 }
 
 TEST_CASE("a version's error does not depend on how its corners are numbered, to the last bit") {
