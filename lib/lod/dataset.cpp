@@ -125,7 +125,7 @@ void Dataset::origin_values(std::span<const RecordId> made_by, OriginValue what,
                 std::to_string(values.size()) + " values for " + std::to_string(made_by.size()) + " records");
   Hierarchy& hierarchy = impl_->hierarchy;
   const std::size_t codes = hierarchy.errors_per_record();
-  if (what == OriginValue::kFieldError && field + 1 >= codes)
+  if (what == OriginValue::kFieldError && field >= codes - 1)
     throw Error(ErrorCode::kBadArgument, "there is no governing field " + std::to_string(field));
   const auto lock = hierarchy.lock();
   const file::Content& content = hierarchy.content();

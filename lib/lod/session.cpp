@@ -21,7 +21,7 @@ double seconds_since(Clock::time_point begin) {
 }
 
 std::optional<Clock::time_point> end_of(const std::optional<double>& max_milliseconds, Clock::time_point begin) {
-  constexpr double kMost = 1e9; // a clock has no more than so many centuries
+  constexpr double kMost = 1e9; // more is no limit, and would not fit a clock
   if (!max_milliseconds) return std::nullopt;
   const std::chrono::duration<double, std::milli> time(std::min(*max_milliseconds, kMost));
   return begin + std::chrono::duration_cast<Clock::duration>(time);
@@ -58,7 +58,7 @@ public:
     }
     std::swap(request_, next_);
     asked_ = request;
-    asked_.max_milliseconds.reset();
+    asked_->max_milliseconds.reset();
     auto lock = cut_->set(request_, until);
     while (!is_sound()) {
       lock.unlock();
@@ -96,11 +96,11 @@ public:
     auto lock = hierarchy_.lock();
     if (is_broken_ || !is_sound()) {
       lock.unlock();
-      return dataset_->extract(asked_);
+      return asked_ ? dataset_->extract(*asked_) : Impl(dataset_).extraction();
     }
     Extraction extraction = extract_cut(
         hierarchy_, {applied_, applied_count_, cut_->read(), cut_->missing(), result_.limited_by}, request_);
-    extraction.complete = result_.complete;
+    extraction.complete = is_all_there_;
     extraction.failures = failures_;
     extraction.bytes_read = hierarchy_.bytes_read();
     extraction.read_requests = hierarchy_.read_requests();
@@ -129,6 +129,7 @@ private:
     applied_count_ = 0;
     result_ = {};
     result_.limited_by = applied_.empty() ? LimitedBy::kNothing : LimitedBy::kError; // nothing is asked of it yet
+    is_all_there_ = true;
     is_told_ = false;
   }
 
@@ -232,12 +233,12 @@ private:
     result_.covered = errors_->covered();
     result_.domain_error = errors_->domain_error();
     failures_.clear();
-    const bool is_all_there = std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0;
+    is_all_there_ = std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0;
     result_.limited_by = !result_.complete                   ? LimitedBy::kTime
                          : applied_count_ == applied_.size() ? LimitedBy::kNothing
                          : cut_->is_stopped_by_budget()      ? LimitedBy::kBudget
                                                              : request_.when_met;
-    if (is_all_there) return;
+    if (is_all_there_) return;
     Loader::Shortfall shortfall = hierarchy_.loader().explain(cut_->missing());
     if (result_.complete) result_.limited_by = shortfall.limited_by;
     result_.complete = false;
@@ -247,7 +248,7 @@ private:
 
   std::shared_ptr<const Dataset> dataset_;
   Hierarchy& hierarchy_;
-  Request asked_; ///< last
+  std::optional<Request> asked_; ///< last; none before the first update
   ResolvedRequest request_, next_;
   bool is_broken_ = false;     ///< an update did not come to its end: the next one starts over
   std::uint64_t revision_ = 0; ///< of the hierarchy's content that the following is about
@@ -258,6 +259,7 @@ private:
   std::uint32_t applied_count_ = 0;
   SessionUpdate result_;
   std::vector<BlockFailure> failures_;
+  bool is_all_there_ = true; ///< no block that the request depends on is missing
   BlockSet pinned_;
   bool is_told_ = false;
   std::vector<std::uint32_t> collapses_, splits_;

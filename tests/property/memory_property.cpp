@@ -16,7 +16,7 @@ using namespace ptet;
 using namespace ptet::test;
 
 TEST_CASE("within a limit of memory blocks are dropped and read again, or answers are coarser") {
-  const LoadingSample& s = sample();
+  const LoadingSample& s = long_sample();
   std::size_t complete = 0, incomplete = 0;
   for (const double share : {0.15, 0.4, 0.7, 0.95}) {
     OpenOptions options;
@@ -26,7 +26,7 @@ TEST_CASE("within a limit of memory blocks are dropped and read again, or answer
       for (std::size_t i = 0; i < s.requests.size(); ++i) {
         INFO("share " << share << ", request " << i);
         const Extraction answer = dataset->extract(s.requests[i]);
-        check_sound(answer);
+        check_sound(answer, s);
         CHECK(same_mesh(answer, Dataset::open_memory(s.bytes, options)->extract(s.requests[i])));
         if (answer.complete) {
           CHECK(same_mesh(answer, s.answers[i]));
@@ -59,7 +59,7 @@ TEST_CASE("within a limit of memory blocks are dropped and read again, or answer
 }
 
 TEST_CASE("pinned blocks stay where memory is short, under the same ids") {
-  const LoadingSample& s = sample();
+  const LoadingSample& s = long_sample();
   OpenOptions options;
   options.memory_limit = s.decoded_bytes * 6 / 10;
   Hierarchy hierarchy(file::over_memory(s.bytes), options);
@@ -101,11 +101,12 @@ TEST_CASE("pinned blocks stay where memory is short, under the same ids") {
   for (std::uint32_t b = 0; b < s.blocks.size(); ++b)
     if (hierarchy.content().block_loaded[b] != 0) bytes += reader.decoded_bytes(b);
   CHECK(bytes <= options.memory_limit);
+  CHECK(dropped > 0); // room was made, and not only refused
   CHECK(loader.revision() >= dropped);
 }
 
 TEST_CASE("limits are kept before anything is allocated, and named") {
-  const LoadingSample& s = sample();
+  const LoadingSample& s = long_sample();
   const auto refusal = [&](const std::function<void(Limits&)>& change) {
     OpenOptions options;
     change(options.limits);
@@ -132,11 +133,28 @@ TEST_CASE("limits are kept before anything is allocated, and named") {
   options.limits.max_bytes = reader.fixed_bytes() + s.decoded_bytes / 2;
   const Extraction answer = Dataset::open_memory(s.bytes, options)->extract({});
   CHECK(answer.limited_by == LimitedBy::kMemory);
-  check_sound(answer);
+  check_sound(answer, s);
+}
+
+TEST_CASE("before the first update a session has the base mesh, whatever was dropped since") {
+  const LoadingSample& s = long_sample();
+  for (const double share : {0.15, 0.4, 0.7, 0.95}) {
+    OpenOptions options;
+    options.memory_limit = static_cast<std::uint64_t>(share * static_cast<double>(s.decoded_bytes));
+    const auto dataset = Dataset::open_memory(s.bytes, options);
+    const Session session(dataset);
+    const Extraction base = session.extraction();
+    CHECK(base.mesh.tets.size() == dataset->info().base_tets);
+    RandomRequests requests(dataset->info(), 41, 2);
+    for (int i = 0; i < 40; ++i) {
+      (void)dataset->extract(requests.next());
+      CHECK(same_mesh(session.extraction(), base));
+    }
+  }
 }
 
 TEST_CASE("sessions live on where memory is short") {
-  const LoadingSample& s = sample();
+  const LoadingSample& s = long_sample();
   std::size_t complete = 0, incomplete = 0;
   for (const double share : {0.4, 0.7, 0.95}) {
     OpenOptions options;
@@ -157,7 +175,7 @@ TEST_CASE("sessions live on where memory is short") {
         ++complete;
       } else {
         CHECK(update.limited_by == LimitedBy::kMemory);
-        check_sound(session.extraction());
+        check_sound(session.extraction(), s);
         ++incomplete;
       }
     }
@@ -167,7 +185,7 @@ TEST_CASE("sessions live on where memory is short") {
 }
 
 TEST_CASE("what is dropped where memory is short need not be read again at once") {
-  const LoadingSample& s = sample();
+  const LoadingSample& s = long_sample();
   const auto source = std::make_shared<FailingSource>(s.bytes);
   OpenOptions options;
   options.memory_limit = s.decoded_bytes * 9 / 10;

@@ -37,6 +37,46 @@ std::vector<Request> some_requests(const DatasetInfo& info) {
   return requests;
 }
 
+/// Of parts that need different blocks, if there are cells enough.
+void add_requests_at_ends(const DatasetInfo& info, std::vector<Request>& requests) {
+  for (const bool at_end : {false, true}) {
+    Box part{info.box_min, info.box_max};
+    const double length = info.box_max[0] - info.box_min[0];
+    (at_end ? part.min[0] : part.max[0]) = info.box_min[0] + length * (at_end ? 0.9 : 0.1);
+    Request request = error_request(1);
+    request.focus = {{part}};
+    requests.push_back(request);
+  }
+}
+
+LoadingSample make_sample(TetMesh mesh) {
+  LoadingSample s;
+  s.mesh = std::move(mesh);
+  s.stream = simplify_naively(s.mesh);
+  add_random_squared_errors(s.stream, 3);
+  s.facts = examine(s.mesh);
+  s.bytes = file::encode(s.mesh, s.stream, {});
+  file::Reader reader(file::over_memory(s.bytes));
+  s.base_vertices = reader.header().base_vertex_count;
+  s.blocks = reader.blocks();
+  for (std::uint32_t b = 0; b < s.blocks.size(); ++b)
+    s.decoded_bytes += reader.decoded_bytes(b);
+  const auto dataset = Dataset::open_memory(s.bytes);
+  std::map<std::string, std::uint32_t> at;
+  for (std::uint32_t v = 0; v < s.mesh.vertex_count(); ++v)
+    at[position_of(s.mesh, v)] = v;
+  const Extraction full = dataset->extract({});
+  for (std::size_t v = 0; v < full.mesh.vertex_count(); ++v)
+    s.to_original.emplace_back(at.at(position_of(full.mesh, v)));
+  s.requests = some_requests(dataset->info());
+  return s;
+}
+
+void find_answers(LoadingSample& s) {
+  for (const Request& request : s.requests)
+    s.answers.push_back(Dataset::open_memory(s.bytes)->extract(request));
+}
+
 std::vector<VertexId> kept_vertices(const Extraction& answer, const std::vector<char>& left) {
   std::vector<VertexId> kept;
   for (const VertexId v : answer.vertex_in_file) {
@@ -63,27 +103,18 @@ Request error_request(double bound) {
 
 const LoadingSample& sample() {
   static const LoadingSample made = [] {
-    LoadingSample s;
-    s.mesh = grid({{11, 11, 11}, {}, 2, 5});
-    s.stream = simplify_naively(s.mesh);
-    add_random_squared_errors(s.stream, 3);
-    s.facts = examine(s.mesh);
-    s.bytes = file::encode(s.mesh, s.stream, {});
-    file::Reader reader(file::over_memory(s.bytes));
-    s.base_vertices = reader.header().base_vertex_count;
-    s.blocks = reader.blocks();
-    for (std::uint32_t b = 0; b < s.blocks.size(); ++b)
-      s.decoded_bytes += reader.decoded_bytes(b);
-    const auto dataset = Dataset::open_memory(s.bytes);
-    std::map<std::string, std::uint32_t> at;
-    for (std::uint32_t v = 0; v < s.mesh.vertex_count(); ++v)
-      at[position_of(s.mesh, v)] = v;
-    const Extraction full = dataset->extract({});
-    for (std::size_t v = 0; v < full.mesh.vertex_count(); ++v)
-      s.to_original.emplace_back(at.at(position_of(full.mesh, v)));
-    s.requests = some_requests(dataset->info());
-    for (const Request& request : s.requests)
-      s.answers.push_back(Dataset::open_memory(s.bytes)->extract(request));
+    LoadingSample s = make_sample(grid({{11, 11, 11}, {}, 2, 5}));
+    find_answers(s);
+    return s;
+  }();
+  return made;
+}
+
+const LoadingSample& long_sample() {
+  static const LoadingSample made = [] {
+    LoadingSample s = make_sample(grid({{96, 6, 6}, {}, 2, 5}));
+    add_requests_at_ends(Dataset::open_memory(s.bytes)->info(), s.requests);
+    find_answers(s);
     return s;
   }();
   return made;
@@ -112,8 +143,7 @@ std::vector<char> left_without(const std::set<std::uint32_t>& lost) {
   return left;
 }
 
-void check_sound(const Extraction& extraction) {
-  const LoadingSample& s = sample();
+void check_sound(const Extraction& extraction, const LoadingSample& s) {
   const MeshFacts facts = examine(extraction.mesh);
   CHECK(facts.inverted_tets + facts.repeated_tets + facts.crowded_faces + facts.folded_faces == 0);
   CHECK(facts.components == s.facts.components);

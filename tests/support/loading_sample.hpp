@@ -31,6 +31,10 @@ struct LoadingSample {
 /// Made once, in some seconds.
 [[nodiscard]] const LoadingSample& sample();
 
+/// The same of a bar so long that its ends are in blocks of their own: what one end needs leaves no room for what the
+/// other does. The last two requests are for the ends.
+[[nodiscard]] const LoadingSample& long_sample();
+
 /// Every field within `bound` of its range.
 [[nodiscard]] Request error_request(double bound);
 
@@ -43,7 +47,7 @@ struct LoadingSample {
 
 /// Checks that the mesh is that of a closed cut of the sample's records, sound, and that its errors are no less than
 /// theirs that made its tets.
-void check_sound(const Extraction& extraction);
+void check_sound(const Extraction& extraction, const LoadingSample& of = sample());
 
 /// Checks that each tet of the session's mesh was made by the record that replaying all records finds, or by one that
 /// is not there. Returns how many of these there are.

@@ -219,6 +219,20 @@ TEST_CASE("dataset: requests that make no sense are refused, by name") {
   CHECK(refusal([&](Request& r) { r.max_milliseconds = nan; }).find("milliseconds") != std::string::npos);
 }
 
+TEST_CASE("dataset: values of records and fields that there are not are refused") {
+  const auto data = dataset();
+  const std::vector<RecordId> made_by(3);
+  std::vector<double> values(3, -1);
+  data->origin_values(made_by, OriginValue::kFieldError, 0, values);
+  CHECK(values == std::vector<double>(3, 0.0));
+  for (const std::size_t field : {std::size_t{2}, std::size_t{3}, std::numeric_limits<std::size_t>::max()})
+    CHECK_THROWS_AS(data->origin_values(made_by, OriginValue::kFieldError, field, values), Error);
+  const std::vector<RecordId> unknown(3, RecordId{1'000'000});
+  CHECK_THROWS_AS(data->origin_values(unknown, OriginValue::kLevel, 0, values), Error);
+  values.pop_back();
+  CHECK_THROWS_AS(data->origin_values(made_by, OriginValue::kLevel, 0, values), Error);
+}
+
 TEST_CASE("dataset: what limits an answer") {
   const auto answer = [](const Request& request) { return dataset()->extract(request).limited_by; };
   Request request;
