@@ -282,6 +282,7 @@ void summarise(std::ostream& out, const std::string& path) {
   if (header.volume > 0) out << "volume          " << number(header.volume) << '\n';
   out << "input order     " << (header.has_input_order ? "kept" : "not kept") << '\n';
   out << "squared errors  " << (header.has_squared_errors ? "measured" : "not measured") << '\n';
+  if (header.overlaps_itself) out << "overlaps        found in the original\n";
   for (const ArrayInfo& array : header.arrays) {
     out << "array           " << printable(array.name) << ": " << name_of(array.type) << " x " << array.components;
     if (array.governing) out << ", governing, range " << number(array.range);

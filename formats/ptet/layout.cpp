@@ -141,8 +141,9 @@ FixedHeader parse_header(ByteReader& in) {
   for (int axis = 0; axis < 3; ++axis)
     fixed.position_digits.push_back(get_digits(in, header.position_type));
   const auto flags = in.get<std::uint16_t>("flags");
-  if ((flags & ~kHasSquaredErrors) != 0) in.violate("a reserved flag is set");
+  if ((flags & ~(kHasSquaredErrors | kOverlapsItself)) != 0) in.violate("a reserved flag is set");
   header.has_squared_errors = (flags & kHasSquaredErrors) != 0;
+  header.overlaps_itself = (flags & kOverlapsItself) != 0;
   get_box(in, header.box_min, header.box_max);
   header.diagonal = get_finite(in, "diagonal");
   if (header.diagonal < 0) in.fail("diagonal is negative");

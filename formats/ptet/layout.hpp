@@ -30,8 +30,8 @@ enum class SectionKind : std::uint32_t {
   kTable = 6,
   kInputOrder = 7, ///< may be missing
 };
-inline constexpr std::uint32_t kMandatory = 1;        ///< the one flag of a section
-inline constexpr std::uint16_t kHasSquaredErrors = 1; ///< the one flag of the header
+inline constexpr std::uint32_t kMandatory = 1;                             ///< the one flag of a section
+inline constexpr std::uint16_t kHasSquaredErrors = 1, kOverlapsItself = 2; ///< flags of the header
 [[nodiscard]] const char* name_of(SectionKind kind);
 /// Of a section of this kind in the directory.
 [[nodiscard]] std::uint32_t flags_of(SectionKind kind);

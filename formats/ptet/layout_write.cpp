@@ -47,7 +47,8 @@ void put_header(ByteWriter& out, const FixedHeader& fixed) {
   out.put(static_cast<std::uint8_t>(header.position_type));
   for (const std::uint8_t digits : fixed.position_digits)
     out.put(digits);
-  out.put(header.has_squared_errors ? kHasSquaredErrors : std::uint16_t{0});
+  out.put(static_cast<std::uint16_t>((header.has_squared_errors ? kHasSquaredErrors : 0) |
+                                     (header.overlaps_itself ? kOverlapsItself : 0)));
   put_box(out, header.box_min, header.box_max);
   out.put(header.diagonal);
   out.put(header.volume);

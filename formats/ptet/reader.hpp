@@ -41,6 +41,7 @@ struct Header {
   double diagonal = 0; ///< scale of the domain error codes, mesh units
   double volume = 0;   ///< of the original, mesh units cubed; 0 when it is not known
   bool has_squared_errors = false;
+  bool overlaps_itself = false; ///< see RecordStream::overlaps_itself
   bool has_input_order = false;
 };
 /// Bytes of a vertex, positions and arrays.

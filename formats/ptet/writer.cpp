@@ -128,6 +128,7 @@ void Encoding::describe() {
   header.diagonal = records_.diagonal;
   header.volume = records_.volume;
   header.has_squared_errors = records_.has_squared_errors();
+  header.overlaps_itself = records_.overlaps_itself;
   std::vector<char> used(vertex_count_); // by file vertex
   for (const VertexId v : records_.removed)
     used[order_.file_vertex[v.index()].index()] = 1;

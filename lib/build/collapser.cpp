@@ -78,6 +78,7 @@ void Collapser::begin_records() {
   records_.fields = fields_.fields();
   records_.diagonal = scales_.diagonal;
   records_.volume = scales_.volume;
+  records_.overlaps_itself = prepared_.overlaps_itself;
   records_.original_tet_count = static_cast<std::uint32_t>(prepared_.mesh.tets.size());
   records_.original_ghost_count = static_cast<std::uint32_t>(prepared_.boundary_faces.size());
   version_count_ = complex_.slot_count();

@@ -184,6 +184,7 @@ ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info
     filled.has_input_order = of.has_input_order ? 1 : 0;
     filled.errors_are_bounds = of.errors_are_bounds ? 1 : 0;
     filled.base_covered = of.base_covered.value_or(kNotANumber);
+    filled.overlaps_itself = of.overlaps_itself ? 1 : 0;
     fill(info, filled, "the dataset info");
   });
 }

@@ -28,6 +28,7 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
   info.position_type = header.position_type;
   info.has_input_order = header.has_input_order;
   info.errors_are_bounds = hierarchy.manifest().states_bounds();
+  info.overlaps_itself = header.overlaps_itself;
   info.box_min = header.box_min;
   info.box_max = header.box_max;
   info.diagonal = header.diagonal;

@@ -235,8 +235,8 @@ private:
     failures_.clear();
     is_all_there_ = std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0;
     result_.limited_by = !result_.complete                   ? LimitedBy::kTime
-                         : applied_count_ == applied_.size() ? LimitedBy::kNothing
                          : cut_->is_stopped_by_budget()      ? LimitedBy::kBudget
+                         : applied_count_ == applied_.size() ? LimitedBy::kNothing
                                                              : request_.when_met;
     if (is_all_there_) return;
     Loader::Shortfall shortfall = hierarchy_.loader().explain(cut_->missing());

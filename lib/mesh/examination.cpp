@@ -340,6 +340,7 @@ private:
 
   /// Where tets lie in tets of other parts: looked for along the boundary, where there is one that tells inside.
   void check_overlaps() {
+    out_.overlaps_itself = !out_.folded.empty();
     if (!out_.folded.empty() || !out_.faces.crowded.empty() || !out_.faces.duplicates.empty()) return;
     out_.overlaps_examined = true;
     Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, [this] { look(); });
@@ -353,6 +354,7 @@ private:
            "pairs of boundary faces that cross, by their tets", then);
     report(within, "overlapping-tets", Severity::kWarning, "tet at the boundary that others reach into",
            "tets at the boundary that others reach into", then);
+    out_.overlaps_itself = !found.crossing.empty() || !found.within.empty();
     out_.crossing = std::move(found.crossing);
   }
 

@@ -20,6 +20,7 @@ struct Examination {
   std::vector<std::array<HalfFace, 2>> crossing; ///< boundary faces, see Overlaps
   bool overlaps_examined = false;                ///< see MeshReport
   std::vector<HalfFace> folded;                  ///< faces whose two tets are on the same side, one half-face of each
+  bool overlaps_itself = false;                  ///< there are folded faces, or parts reach into one another
   std::vector<Finding> findings;                 ///< in the order of the checks
 };
 

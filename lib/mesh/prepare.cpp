@@ -145,6 +145,7 @@ PreparedMesh prepare(TetMesh mesh, const ProgressCallback& progress) {
   for (auto& pair : found.crossing)
     std::for_each(pair.begin(), pair.end(), renumber);
   prepared.crossing_curves = find_crossing_curves(boundary, found.crossing);
+  prepared.overlaps_itself = found.overlaps_itself;
   prepared.boundary_faces.reserve(boundary.size());
   for (const HalfFace h : boundary)
     prepared.boundary_faces.push_back(face_of(mesh.tets, h));

@@ -29,6 +29,7 @@ struct PreparedMesh {
   /// By boundary face: which curve it is of, from 1 on, where the boundary crosses itself, or 0; empty when it nowhere
   /// does. Faces that cross one another are of one curve, and so are all that they cross in turn.
   std::vector<std::uint32_t> crossing_curves;
+  bool overlaps_itself = false;   ///< tets were found that are folded over others, or lie in others
   std::vector<std::string> notes; ///< a sentence for each kind of thing that was found and handled
 };
 

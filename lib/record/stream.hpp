@@ -38,6 +38,9 @@ struct RecordStream {
   std::vector<GoverningField> fields;
   double diagonal = 0; ///< of the bounding box of the used vertices
   double volume = 0;   ///< of the original mesh
+  /// Some of the original's tets were found to lie in one another: there a point has several values, and errors are
+  /// those of each part by itself.
+  bool overlaps_itself = false;
 
   std::uint32_t original_tet_count = 0;
   std::uint32_t original_ghost_count = 0;

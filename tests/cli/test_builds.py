@@ -396,6 +396,26 @@ class Measure(Case):
         self.assertFalse(report["original"]["validity"]["valid"])
         self.assertTrue(any("reach into one another" in note for note in report["notes"]))
 
+    def test_files_say_that_their_original_overlaps(self):
+        points, tets = meshes.grid(4)
+        shifted = [(x / 2 + 0.3, y / 2 + 0.3, z / 2 + 0.3) for x, y, z in points]
+        twice = [*tets, *([v + len(points) for v in tet] for tet in tets)]
+        folded = [(0.9, 0.3, 0.3) if tuple(p) == (0.5, 0.5, 0.5) else p for p in points]
+        crossed = [(x / 2 + 0.7, y / 2 + 0.7, z / 2 + 0.7) for x, y, z in points]
+        for name, of_points, of_tets, overlaps in [("plain", points, tets, False), ("folded", folded, tets, True),
+                                                   ("nested", [*points, *shifted], twice, True),
+                                                   ("crossed", [*points, *crossed], twice, True)]:
+            with self.subTest(name):
+                meshes.vtu(self.folder / f"{name}.vtu", of_points, of_tets, meshes.wave(of_points))
+                self.ptet("build", f"{name}.vtu", "-q")
+                self.assertEqual(self.json("info", f"{name}.ptet")["overlaps_itself"], overlaps)
+                report = self.json("extract", f"{name}.ptet", "--vertices", "50%")
+                self.assertEqual(report["achieved"]["overlaps_itself"], overlaps)
+                self.assertEqual(any("lie in one another" in note for note in report["notes"]), overlaps)
+                self.assertEqual(self.json("extract", f"{name}.ptet")["notes"], [])  # the original has no error
+                self.assertEqual("  note" in self.ptet("extract", f"{name}.ptet", "--vertices", "50%").stdout, overlaps)
+                self.assertTrue(self.json("verify", f"{name}.ptet")["ok"])
+
     def test_errors_as_a_mesh(self):
         self.cube("fine.vtu", 4, self.quadratic)
         self.cube("coarse.vtu", 2, self.quadratic)

@@ -203,7 +203,8 @@ class Reports(Case):
         for field, bound in asked["field_error"].items():
             self.assertLessEqual(achieved["field_error"][field], bound)
         self.assertLessEqual(achieved["domain_error"], asked["domain_error"])
-        self.assertEqual(set(achieved), {"field_error", "domain_error", "errors_are_bounds", "rms_error", "covered"})
+        self.assertEqual(set(achieved), {"field_error", "domain_error", "errors_are_bounds", "overlaps_itself", "rms_error",
+                                         "covered"})
         self.assertLess(report["vertices"], 729)
 
     def test_budgets(self):
@@ -216,6 +217,31 @@ class Reports(Case):
         self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "100%")["vertices"], 729)
         self.built_grid(9)  # .57 x 1000 is below 570 in doubles
         self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "57%")["asked"]["vertices"], 570)
+
+    def test_what_does_not_fit_into_memory(self):
+        self.built_grid(12)
+        self.refused(5, "extract", "grid.ptet", "--memory-limit", "10k", says="memory")
+        self.refused(5, "extract", "grid.ptet", "--memory-limit", "900k", "-o", "part.vtu", says="--memory-limit")
+        self.assertFalse((self.folder / "part.vtu").exists())
+        self.assertTrue(self.json("extract", "grid.ptet", "--memory-limit", "1G")["complete"])
+        part = self.ptet("extract", "grid.ptet", "--memory-limit", "900k", "--salvage", "--json", code=5)
+        report = json.loads(part.stdout)
+        self.assertEqual((report["limited_by"], report["complete"]), ("memory", False))
+        self.assertLess(report["vertices"], 13 ** 3)
+
+    def test_places_are_told_with_digits_enough(self):
+        points, tets = meshes.grid(3, origin=(5e5, 4.5e6, 0.0))
+        values = {"high": ("Float64", [1e10 + x - 5e5 for x, _, _ in points])}
+        meshes.vtu(self.folder / "far.vtu", points, tets, values)
+        text = self.ptet("info", "far.vtu").stdout
+        self.assertIn("box       (500000, 4500000, 0) to (500001, 4500001, 1)", text)
+        self.assertIn("from 10000000000 to 10000000001", text)
+        self.ptet("build", "far.vtu", "-q")
+        self.assertIn("box       (500000, 4500000, 0) to (500001, 4500001, 1)", self.ptet("info", "far.ptet").stdout)
+        text = self.ptet("extract", "far.ptet", "--focus", "box:500000,4500000,0,500000.25,4500000.5,1",
+                         "--isovalue", "high=10000000000.5").stdout
+        self.assertIn("box (500000, 4500000, 0) to (500000.25, 4500000.5, 1)", text)
+        self.assertIn("high = 10000000000.5", text)
 
     def test_integers_alone_are_compared(self):
         points, tets = meshes.grid(4)
@@ -267,7 +293,7 @@ class Reports(Case):
         for values in (["--isovalue", "smooth=3.5"], ["--values", "smooth=..-1.5"]):
             notes = self.json("extract", "grid.ptet", *values)["notes"]
             self.assertEqual(len(notes), 1, values)
-            self.assertRegex(notes[0], "^nothing of the mesh has the values asked for: smooth is from -.* to .* there$")
+            self.assertRegex(notes[0], "^nothing of the mesh has the values asked for: smooth is from -.* to .* in it$")
         for values in (["--isovalue", "smooth=1.5"], ["--values", "smooth=0..9"], ["--values", "smooth=.."]):
             self.assertEqual(self.json("extract", "grid.ptet", *values)["notes"], [], values)
 

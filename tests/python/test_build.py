@@ -104,6 +104,7 @@ class Build(unittest.TestCase):
         tets = np.argsort(order)[tets][::-1, [2, 0, 3, 1]]  # all of them inverted
         data = ptet.build(points, tets, fields, keep_order=True).open()
         self.assertTrue(data.info.has_input_order)
+        self.assertFalse(data.info.overlaps_itself)
         self.assertEqual(data.info.errors_are_bounds, data.info.provenance["options"]["evaluate"] == "exact")
         whole = data.extract(input_order=True)
         np.testing.assert_array_equal(whole.points, points)

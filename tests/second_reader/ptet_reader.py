@@ -87,7 +87,7 @@ class PtetFile:
          self.diagonal, self.volume, stated) = struct.unpack("<8IQHB3sH6d2dQ", self.data[8:128])
         self.squared, self.w = flags & 1, self.base_vertices + self.record_count
         require(version == 1 and stated == hash_of(self.data[:120]), "the version, or the hash of the header")
-        require(reserved == 0 and flags < 2, "a reserved field of the header")
+        require(reserved == 0 and flags < 4, "a reserved field of the header")
         require(self.w < 2**32 - 2 and self.record_count < 2**31 and self.array_count <= 1024
                 and 0 <= self.tet_count - self.base_tets <= self.version_count < 2**32 - 2
                 and 1 <= self.records_per_block <= 4096, "a count of the header")

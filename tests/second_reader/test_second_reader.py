@@ -359,7 +359,7 @@ def directory(place, field, value):
 VIOLATIONS = {
     "version": in_header("I", 8, 2),
     "reserved field of the header": in_header("I", 12, 1),
-    "reserved flag": in_header("H", 54, 3),
+    "reserved flag": in_header("H", 54, 5),
     "base_vertex_count": in_header("I", 16, one_more),
     "record_count": in_header("I", 24, one_more),
     "tet_count": in_header("I", 28, one_more),

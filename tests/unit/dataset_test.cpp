@@ -261,6 +261,10 @@ TEST_CASE("dataset: what limits an answer") {
   request = {};
   request.focus = {{Box{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}}};
   CHECK(answer(request) == LimitedBy::kNothing);
+  CHECK(session.update(request).limited_by == LimitedBy::kNothing);
+  request.max_tets = 10; // the original it is all the same, and more than was allowed
+  CHECK(answer(request) == LimitedBy::kBudget);
+  CHECK(session.update(request).limited_by == LimitedBy::kBudget);
   request = {};
   request.max_milliseconds = 0;
   CHECK(answer(request) == LimitedBy::kTime);

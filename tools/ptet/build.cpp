@@ -284,7 +284,7 @@ void run(const Arguments& arguments) {
   }
   outcome.options = std::move(options);
   outcome.build.total_seconds = seconds_since(begin); // reading included: it is what the user waited for
-  outcome.info = Dataset::open(outcome.output)->info();
+  outcome.info = open_dataset(outcome.output, std::numeric_limits<std::uint64_t>::max())->info();
   progress.erase();
 
   if (arguments.json) {

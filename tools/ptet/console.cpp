@@ -215,8 +215,28 @@ std::string percent_up(double part, double whole) {
   return share ? brief_up(*share, 3) + "%" : std::string{};
 }
 
-std::string to_text(const Point& point) {
-  return "(" + brief(point[0], 6) + ", " + brief(point[1], 6) + ", " + brief(point[2], 6) + ")";
+std::string placed(double number, double extent) {
+  const double told = std::abs(number) / (1e-5 * extent);
+  const bool is_told = extent > 0 && std::isfinite(told);
+  return brief(number, is_told ? std::clamp(static_cast<int>(std::ceil(std::log10(told))), 6, 17) : 6);
+}
+
+std::string placed(const Point& point, double extent) {
+  return "(" + placed(point[0], extent) + ", " + placed(point[1], extent) + ", " + placed(point[2], extent) + ")";
+}
+
+std::string as_given(double number) {
+  constexpr double kMostWritten = 1e15; // beyond, with an exponent
+  const double size = std::abs(number);
+  int digits = size >= 1 && size < kMostWritten ? std::max(6, 1 + static_cast<int>(std::log10(size))) : 6;
+  std::string text = brief(number, digits);
+  while (digits < 17 && std::strtod(text.c_str(), nullptr) != number)
+    text = brief(number, ++digits);
+  return text;
+}
+
+std::string as_given(const Point& point) {
+  return "(" + as_given(point[0]) + ", " + as_given(point[1]) + ", " + as_given(point[2]) + ")";
 }
 
 void print(const Json& json) {

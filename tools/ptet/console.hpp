@@ -97,11 +97,22 @@ private:
 [[nodiscard]] std::string percent(double part, double whole);
 /// The same for a bound: rounded up.
 [[nodiscard]] std::string percent_up(double part, double whole);
-[[nodiscard]] std::string to_text(const Point& point);
+/// With digits enough to tell a hundred-thousandth of `extent` there, and 6 at least: places far from 0, values that
+/// differ by little.
+[[nodiscard]] std::string placed(double number, double extent);
+[[nodiscard]] std::string placed(const Point& point, double extent);
+/// With the fewest digits that give the number back, from 6 on: what the user has asked for.
+[[nodiscard]] std::string as_given(double number);
+[[nodiscard]] std::string as_given(const Point& point);
 
 /// Where DatasetInfo::errors_are_bounds is false.
 inline constexpr const char* kNoBounds = "errors are what the build has seen, and the true ones may be larger: "
                                          "ptet build --evaluate exact makes them bounds";
+
+/// Where DatasetInfo::overlaps_itself is true.
+inline constexpr const char* kOverlaps =
+    "tets of the original lie in one another: a point there has several values, and "
+    "errors are those of each part by itself";
 
 /// One object on standard output. Text that is not UTF-8 is replaced, numbers that are not finite become null.
 void print(const Json& json);

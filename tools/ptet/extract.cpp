@@ -32,6 +32,7 @@ struct Arguments {
   std::optional<std::string> vertices;
   std::optional<std::string> bytes;
   std::optional<std::string> milliseconds;
+  std::optional<std::string> memory_limit;
   std::vector<std::string> focus;
   std::vector<std::string> focus_error;
   std::vector<std::string> focus_falloff;
@@ -51,6 +52,7 @@ struct Wishes {
   std::vector<FieldBound> field_error;
   std::optional<Bound> domain_error;
   std::optional<Count> tets, vertices;
+  std::optional<std::uint64_t> memory_limit;
   Request request; ///< what needs no more of the file than to be checked against it
 };
 
@@ -113,6 +115,7 @@ Wishes parse(const Arguments& arguments) {
   Request& request = wishes.request;
   if (arguments.bytes) request.max_bytes = parse_bytes("--bytes", *arguments.bytes);
   if (arguments.milliseconds) request.max_milliseconds = parse_number("--milliseconds", *arguments.milliseconds);
+  if (arguments.memory_limit) wishes.memory_limit = parse_bytes("--memory-limit", *arguments.memory_limit);
   request.focus = focus_of(arguments);
   for (const std::string& text : arguments.isovalue)
     request.values.push_back(parse_isovalue("--isovalue", text));
@@ -182,7 +185,7 @@ std::optional<Error> shortfall_of(const Extraction& extraction, bool salvage) {
   const std::string what = salvage ? "the mesh is coarser than asked: " : "the mesh cannot be had in full: ";
   const std::string hint = salvage ? "" : "; --salvage gives what is left, coarser";
   if (extraction.failures.empty())
-    return Error(ErrorCode::kLimit, what + "its blocks do not fit the limit of memory" + hint);
+    return Error(ErrorCode::kLimit, what + "its blocks do not fit the limit of memory (--memory-limit)" + hint);
   const BlockFailure& first = extraction.failures.front();
   std::string blocks = "block " + std::to_string(first.block);
   if (extraction.failures.size() > 1) blocks += " and " + counted(extraction.failures.size() - 1, "other");
@@ -200,6 +203,13 @@ void refuse_original(const Arguments& arguments, const std::string& target, cons
                                            "' was built from, and would be lost; give the output another name");
 }
 
+/// Of the user's time, opening the file has taken some.
+Request with_what_is_left(Request request, Clock::time_point begin) {
+  if (auto& milliseconds = request.max_milliseconds)
+    milliseconds = std::max(0.0, *milliseconds - 1000 * seconds_since(begin));
+  return request;
+}
+
 void run(const Arguments& arguments) {
   const Wishes wishes = parse(arguments);
   const OutputKind kind = kind_of(arguments.output);
@@ -211,14 +221,16 @@ void run(const Arguments& arguments) {
 
   ProgressLine progress;
   const auto begin = Clock::now();
-  const auto dataset = Dataset::open(arguments.input);
+  const auto dataset = open_dataset(arguments.input, wishes.memory_limit);
   outcome.info = dataset->info();
   if (arguments.output) refuse_original(arguments, target, outcome.info, progress.callback());
   outcome.request = request_for(wishes, outcome.info, arguments);
-  outcome.extraction = dataset->extract(outcome.request, progress.callback());
+  outcome.extraction = dataset->extract(with_what_is_left(outcome.request, begin), progress.callback());
   outcome.bytes = bytes_of(outcome.extraction);
   outcome.seconds = seconds_since(begin);
   outcome.notes = notes_on_wishes(outcome);
+  if (outcome.info.overlaps_itself && outcome.extraction.limited_by != LimitedBy::kNothing)
+    outcome.notes.emplace_back(kOverlaps);
   const std::optional<Error> shortfall = shortfall_of(outcome.extraction, arguments.salvage);
   if (shortfall && !arguments.salvage) throw *shortfall;
 
@@ -280,15 +292,16 @@ the length counts. --view keeps the boundary sharp to --pixels in a picture in p
 30 degrees unless it says; size 1920x1080); what is out of the picture may have --outside times the errors.
 
 --json prints {"asked", "achieved": {"field_error": {NAME: x}, "domain_error", "errors_are_bounds": true | false,
-"rms_error": {NAME: x} | null, "covered": x | null}, "vertices", "tets", "bytes", "bytes_read", "read_requests",
-"seconds", "limited_by": "error" | "budget" | "time" | "focus" | "nothing" | "memory" | "unreadable", "complete": true |
-false, "failures": [{"block", "byte_offset", "message"}], "notes": [TEXT], "output"}: errors absolute, seconds for opening and extraction
-("write_seconds" for the writing), bytes those that --bytes counts. Errors are no bounds where the build has not
-measured them everywhere (--evaluate). With a focus, values or a view "achieved" has the errors there by themselves:
-"in_focus" and "at_values", lists in the order asked (isovalues first), and "in_view" with "pixels" (null where an eye
-is so near that none is a bound). The RMS error is over what the mesh covers of the original, of whose volume that is at
-least the part "covered"; a build that did not measure them leaves none. Notes say what of the wishes met nothing, and
-what .stl could not hold.
+"overlaps_itself": true | false, "rms_error": {NAME: x} | null, "covered": x | null}, "vertices", "tets", "bytes",
+"bytes_read", "read_requests", "seconds", "limited_by": "error" | "budget" | "time" | "focus" | "nothing" | "memory" |
+"unreadable", "complete": true | false, "failures": [{"block", "byte_offset", "message"}], "notes": [TEXT], "output"}:
+errors absolute, seconds for opening and extraction ("write_seconds" for the writing), bytes those that --bytes counts.
+Errors are no bounds where the build has not measured them everywhere (--evaluate). Where tets of the original lie in
+one another ("overlaps_itself"), errors are those of each part by itself. With a focus, values or a view "achieved" has
+the errors there by themselves: "in_focus" and "at_values", lists in the order asked (isovalues first), and "in_view"
+with "pixels" (null where an eye is so near that none is a bound). The RMS error is over what the mesh covers of the original, of whose volume that is at
+least the part "covered"; a build that did not measure them leaves none. Notes say what of the wishes met nothing, that
+tets of the original lie in one another, and what .stl could not hold.
 )";
 
 } // namespace
@@ -354,6 +367,11 @@ void add_extract(CLI::App& program) {
       ->add_option("--outside", arguments->outside,
                    "so many times the errors outside the view; without it\nnothing is asked there")
       ->option_text("FACTOR");
+  command
+      ->add_option("--memory-limit", arguments->memory_limit,
+                   "memory that the file may take: 8G, 500M or bytes (as\n"
+                   "much as the machine has). What does not fit in is left out,\nan error but with --salvage")
+      ->option_text("N|NG|NM|Nk");
   command->add_flag("--errors", arguments->errors,
                     "add for each field a cell array with the error of each\ntet (.vtu and .vtk); reads all of the "
                     "file. NaN where\n--salvage cannot know it");

@@ -16,7 +16,7 @@ std::string nth(const char* what, std::size_t i, std::size_t count) {
 }
 
 /// Least and largest value at the corners of tets, of vectors the length.
-std::pair<double, double> range_of(const PointArray& array, const TetMesh& mesh) {
+std::pair<double, double> value_interval(const PointArray& array, const TetMesh& mesh) {
   std::pair range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const Tet& tet : mesh.tets) {
     for (const VertexId v : tet) {
@@ -37,16 +37,17 @@ std::vector<std::string> notes_on_wishes(const ExtractOutcome& outcome) {
   std::vector<std::string> notes;
   for (const std::size_t i : unmet.focus)
     notes.push_back("no tet of the mesh meets " + nth("focus", i, request.focus.size()) + ": the mesh is in the box " +
-                    to_text(outcome.info.box_min) + " to " + to_text(outcome.info.box_max));
+                    placed(outcome.info.box_min, outcome.info.diagonal) + " to " +
+                    placed(outcome.info.box_max, outcome.info.diagonal));
   for (const std::size_t i : unmet.values) {
     const ValuesOfInterest& wanted = request.values[i];
     const PointArray* const array = mesh.find(wanted.field);
     if (array == nullptr) continue;
-    const auto [least, most] = range_of(*array, mesh);
+    const auto [least, most] = value_interval(*array, mesh);
     notes.push_back("nothing of the mesh has the values asked for" +
                     (request.values.size() == 1 ? "" : " in place " + std::to_string(i + 1)) + ": " +
                     (array->components == 1 ? wanted.field : "the length of " + wanted.field) + " is from " +
-                    brief(least, 6) + " to " + brief(most, 6) + " there");
+                    placed(least, most - least) + " to " + placed(most, most - least) + " in it");
   }
   return notes;
 }

@@ -26,16 +26,16 @@ const FieldInfo& field_named(const DatasetInfo& info, const std::string& name) {
 
 /// Regions as text and as JSON, by their kind.
 struct RegionText {
-  std::string operator()(const Box& box) const { return "box " + to_text(box.min) + " to " + to_text(box.max); }
+  std::string operator()(const Box& box) const { return "box " + as_given(box.min) + " to " + as_given(box.max); }
   std::string operator()(const OrientedBox& box) const {
-    return "box around " + to_text(box.centre) + ", half axes " + to_text(box.half_axes[0]) + ", " +
-           to_text(box.half_axes[1]) + ", " + to_text(box.half_axes[2]);
+    return "box around " + as_given(box.centre) + ", half axes " + as_given(box.half_axes[0]) + ", " +
+           as_given(box.half_axes[1]) + ", " + as_given(box.half_axes[2]);
   }
   std::string operator()(const Sphere& sphere) const {
-    return "sphere around " + to_text(sphere.centre) + ", radius " + brief(sphere.radius, 6);
+    return "sphere around " + as_given(sphere.centre) + ", radius " + as_given(sphere.radius);
   }
   std::string operator()(const HalfSpace& half_space) const {
-    return "half-space up to " + brief(half_space.offset, 6) + " along " + to_text(half_space.normal);
+    return "half-space up to " + as_given(half_space.offset) + " along " + as_given(half_space.normal);
   }
 };
 struct RegionJson {
@@ -108,7 +108,8 @@ bool are_bounds(const DatasetInfo& info, const Extraction& extraction) {
 Json achieved_json(const Extraction& extraction, const DatasetInfo& info) {
   Json achieved = {{"field_error", by_field(info, extraction.field_error)},
                    {"domain_error", extraction.domain_error},
-                   {"errors_are_bounds", are_bounds(info, extraction)}};
+                   {"errors_are_bounds", are_bounds(info, extraction)},
+                   {"overlaps_itself", info.overlaps_itself}};
   achieved["rms_error"] = extraction.rms_error.empty() ? Json(nullptr) : by_field(info, extraction.rms_error);
   achieved["covered"] = extraction.covered ? Json(*extraction.covered) : Json(nullptr);
   for (const PartErrors& errors : extraction.in_focus)
@@ -134,6 +135,10 @@ std::string asked_text(double bound, double scale, const char* of) {
   return with_share(brief(bound), percent(bound, scale), of);
 }
 
+std::string counted_pixels(const std::string& number) {
+  return number + (number == "1" ? " pixel" : " pixels");
+}
+
 constexpr const char* kOfRange = "its range";
 constexpr const char* kOfDiagonal = "the diagonal";
 
@@ -147,9 +152,11 @@ std::string bound_text(const Bound& bound) {
 }
 
 std::string values_text(const ValuesOfInterest& values) {
-  if (values.min == values.max) return values.field + " = " + brief(values.min, 6);
-  return (std::isfinite(values.min) ? brief(values.min, 6) + " <= " : "") + values.field +
-         (std::isfinite(values.max) ? " <= " + brief(values.max, 6) : "");
+  const std::string field = on_one_line(values.field);
+  if (values.min == values.max) return field + " = " + as_given(values.min);
+  const bool has_least = std::isfinite(values.min), has_most = std::isfinite(values.max);
+  if (!has_least && !has_most) return field + " has any value";
+  return (has_least ? as_given(values.min) + " <= " : "") + field + (has_most ? " <= " + as_given(values.max) : "");
 }
 
 void print_asked(const Request& request, const DatasetInfo& info) {
@@ -160,13 +167,13 @@ void print_asked(const Request& request, const DatasetInfo& info) {
   };
   for (const FieldBound& bound : request.field_error) {
     const double range = field_named(info, bound.field).range;
-    line(bound.field + " within " + asked_text(bound.bound.absolute(range), range, kOfRange));
+    line(on_one_line(bound.field) + " within " + asked_text(bound.bound.absolute(range), range, kOfRange));
   }
   if (request.domain_error) {
     line("domain within " + asked_text(request.domain_error->absolute(info.diagonal), info.diagonal, kOfDiagonal));
   }
   if (const auto& view = request.view) {
-    line("domain within " + brief(view->max_pixels) + " pixels" + " in the view from " + to_text(view->eye) +
+    line("domain within " + counted_pixels(as_given(view->max_pixels)) + " in the view from " + as_given(view->eye) +
          (std::isfinite(view->outside) ? ", errors " + brief(view->outside) + " times as large outside it"
                                        : ", nothing outside it"));
   }
@@ -186,7 +193,8 @@ void print_asked(const Request& request, const DatasetInfo& info) {
   if (!is_anything) line("the original");
 }
 
-const char* explain(const Request& request, const Extraction& extraction, std::uint64_t bytes) {
+const char* explain(const Request& request, const Extraction& extraction, const DatasetInfo& info,
+                    std::uint64_t bytes) {
   switch (extraction.limited_by) {
   case LimitedBy::kNothing: return "nothing: this is the original mesh";
   case LimitedBy::kError: return "error: what was asked is reached";
@@ -200,8 +208,9 @@ const char* explain(const Request& request, const Extraction& extraction, std::u
         extraction.mesh.vertex_count() <= request.max_vertices.value_or(extraction.mesh.vertex_count()) &&
         bytes <= request.max_bytes.value_or(bytes))
       return "budget: the next split does not fit";
-    return request.focus.empty() ? "budget: it is less than the base mesh, and that is the least there is"
-                                 : "budget: the focus alone takes more, and is restored all the same";
+    return extraction.mesh.tets.size() == info.base_tets
+               ? "budget: it is less than the base mesh, and that is the least there is"
+               : "budget: the focus alone takes more, and is restored all the same";
   }
   return "";
 }
@@ -222,7 +231,7 @@ void print_parts(const Extraction& extraction, const Request& request, const Dat
   for (std::size_t i = 0; i < extraction.at_values.size(); ++i)
     line("where " + values_text(request.values[i]), extraction.at_values[i], "");
   if (extraction.in_view)
-    line("in the view", *extraction.in_view, ", " + brief_up(extraction.pixels_in_view) + " pixels");
+    line("in the view", *extraction.in_view, ", " + counted_pixels(brief_up(extraction.pixels_in_view)));
 }
 
 } // namespace
@@ -287,7 +296,7 @@ void print_text(const ExtractOutcome& outcome) {
   out << "  mesh      " << counted(extraction.mesh.vertex_count(), "vertex") << " ("
       << share(extraction.mesh.vertex_count(), info.vertices) << " of the original), "
       << counted(extraction.mesh.tets.size(), "tet") << " (" << share(extraction.mesh.tets.size(), info.tets) << ")\n";
-  out << "  limited   by " << explain(request, extraction, bytes) << '\n';
+  out << "  limited   by " << explain(request, extraction, info, bytes) << '\n';
   out << "  time      " << brief(seconds, 3) << " s, " << counted(extraction.bytes_read, "byte") << " read of "
       << grouped(info.file_bytes) << '\n';
   for (const std::string& note : notes)

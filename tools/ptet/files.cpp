@@ -4,6 +4,7 @@
 #include "formats/whole_file.hpp"
 #include "ptet/error.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -87,6 +88,17 @@ std::string checked_output(const std::string& option, const std::string& path, c
   if (access(folder.c_str(), W_OK | X_OK) != 0) cannot("write", path, std::strerror(errno));
   if (fs::exists(found)) check_replaceable(path, target, folder);
   return target.string();
+}
+
+std::shared_ptr<const Dataset> open_dataset(const std::string& path, std::optional<std::uint64_t> memory_limit) {
+  OpenOptions options;
+  const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+  if (memory_limit)
+    options.limits.max_bytes = *memory_limit;
+  else if (pages > 0 && page > 0)
+    options.limits.max_bytes =
+        std::max(options.limits.max_bytes, static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page));
+  return Dataset::open(path, options);
 }
 
 } // namespace ptet::cli

@@ -3,9 +3,12 @@
 #pragma once
 
 #include "formats/vtk/read.hpp"
+#include "ptet/dataset.hpp"
 #include "ptet/error.hpp"
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 
 namespace ptet::cli {
@@ -24,6 +27,11 @@ namespace ptet::cli {
 /// the name. Throws Error: kIo when there is something other than a file, when it is write-protected, or the folder is
 /// missing or not writable; kBadArgument when it is the file `input`.
 [[nodiscard]] std::string checked_output(const std::string& option, const std::string& path, const std::string& input);
+
+/// Opens a .ptet file. It may take `memory_limit` bytes, or without one as many as the machine has, and no less than
+/// any program may (Limits). Throws what Dataset::open throws.
+[[nodiscard]] std::shared_ptr<const Dataset> open_dataset(const std::string& path,
+                                                          std::optional<std::uint64_t> memory_limit = {});
 
 /// Calls `f` for the .ptet file `path`, and puts the path before what it says when the file is corrupt.
 template <class F>

@@ -115,14 +115,14 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
   out << "  boundary  " << counted(report.boundary_vertices, "vertex") << ", " << counted(report.boundary_faces, "face")
       << ", " << counted(report.boundary_components, "component") << ", Euler characteristic "
       << report.boundary_euler_characteristic << '\n';
-  out << "  box       " << to_text(report.box_min) << " to " << to_text(report.box_max) << ", diagonal "
-      << brief(report.diagonal(), 6) << '\n';
+  out << "  box       " << placed(report.box_min, report.diagonal()) << " to "
+      << placed(report.box_max, report.diagonal()) << ", diagonal " << brief(report.diagonal(), 6) << '\n';
   out << "  volume    " << brief(report.volume, 6) << ", boundary area " << brief(report.boundary_area, 6) << '\n';
   for (const FieldSummary& field : report.fields) {
     out << "  field     " << on_one_line(field.name) << ": " << type_text(field.type, field.components);
     if (!std::isnan(field.min))
-      out << (field.components == 1 ? ", from " : ", length from ") << brief(field.min, 6) << " to "
-          << brief(field.max, 6);
+      out << (field.components == 1 ? ", from " : ", length from ") << placed(field.min, field.max - field.min)
+          << " to " << placed(field.max, field.max - field.min);
     if (field.not_finite > 0) out << ", not finite at " << counted(field.not_finite, "vertex");
     out << '\n';
   }
@@ -131,7 +131,7 @@ void print_text(const std::string& path, const ReadReport& read, const TetMesh& 
   for (const Finding& finding : report.findings) {
     std::string label = name_of(finding.severity);
     label.resize(10, ' ');
-    out << "  " << label << finding.message << '\n';
+    out << "  " << label << on_one_line(finding.message) << '\n';
   }
   const std::string why_not = why_not_buildable(report);
   out << "  verdict   "
@@ -217,6 +217,7 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
   json["diagonal"] = info.diagonal;
   json["has_input_order"] = info.has_input_order;
   json["errors_are_bounds"] = info.errors_are_bounds;
+  json["overlaps_itself"] = info.overlaps_itself;
   json["fields"] = fields;
   json["max_domain_error"] = info.max_domain_error;
   if (info.base_covered) json["base_covered"] = *info.base_covered;
@@ -258,8 +259,8 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
       << counted(info.tets, "tet") << '\n';
   out << "  base      " << counted(info.base_vertices, "vertex") << ", " << counted(info.base_tets, "tet") << '\n';
   out << "  records   " << grouped(info.records) << " in " << counted(info.blocks, "block") << '\n';
-  out << "  box       " << to_text(info.box_min) << " to " << to_text(info.box_max) << ", diagonal "
-      << brief(info.diagonal, 6) << '\n';
+  out << "  box       " << placed(info.box_min, info.diagonal) << " to " << placed(info.box_max, info.diagonal)
+      << ", diagonal " << brief(info.diagonal, 6) << '\n';
   std::size_t column = 0;
   for (const FieldInfo& field : info.fields) {
     out << "  field     " << on_one_line(field.name) << ": " << type_text(field.type, field.components);
@@ -284,6 +285,7 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
     out << ", up to " << percent_up(1 - *info.base_covered, 1) << " of the volume uncovered by the base";
   out << '\n';
   if (!info.errors_are_bounds) out << "  note      " << kNoBounds << '\n';
+  if (info.overlaps_itself) out << "  note      " << kOverlaps << '\n';
   print_manifest(Json::parse(info.provenance_json), out);
   for (const Level& level : levels) {
     std::string label = brief(100 * level.fraction) + "%";
@@ -294,7 +296,7 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
 
 void run_ptet(const Arguments& arguments) {
   let_interrupts_end();
-  const DatasetInfo info = Dataset::open(arguments.input)->info();
+  const DatasetInfo info = open_dataset(arguments.input)->info();
   const std::vector<Level> levels =
       arguments.levels ? levels_of(arguments.input, info.base_vertices) : std::vector<Level>{};
   arguments.json ? print_json(arguments.input, info, levels) : print_text(arguments.input, info, levels);

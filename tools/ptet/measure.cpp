@@ -278,7 +278,7 @@ void measure_fields(const Wishes& wishes, MeasureOutcome& outcome, const Progres
       if (!(side->volume > 0))
         throw Error(ErrorCode::kBadInput, "'" + side->path + "' has no volume: its tets are flat");
     const auto box = [](const MeshReport& report) {
-      return to_text(report.box_min) + " to " + to_text(report.box_max);
+      return placed(report.box_min, report.diagonal()) + " to " + placed(report.box_max, report.diagonal());
     };
     throw Error(ErrorCode::kBadInput, (wishes.samples ? "no sample of '" + original.path + "' lies in '" +
                                                             simplified.path + "': do the meshes overlap? They"

@@ -110,9 +110,9 @@ void print_validity(const MeasureOutcome& outcome) {
 }
 
 void print_fields(const MeasureOutcome& outcome) {
-  const auto line = [](const char* label, const FieldDifference& difference, double range, bool has_mean) {
+  const auto line = [&](const char* label, const FieldDifference& difference, double range, bool has_mean) {
     std::cout << label << "maximum " << with_percent(difference.max, range);
-    if (difference.max > 0) std::cout << " at " << to_text(difference.at);
+    if (difference.max > 0) std::cout << " at " << placed(difference.at, outcome.original.report.diagonal());
     if (has_mean) std::cout << ", RMS " << with_percent(difference.rms(), range);
     std::cout << '\n';
   };

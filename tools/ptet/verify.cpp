@@ -229,7 +229,7 @@ void report_text(const Arguments& arguments, const Outcome& outcome) {
   for (const Wrongs::Kind& kind : outcome.wrongs.kinds()) {
     const std::size_t printed = std::min<std::size_t>(kind.first.size(), kMostPrinted);
     for (std::size_t i = 0; i < printed; ++i)
-      std::cout << "  wrong     " << text_of(kind.first[i]) << '\n';
+      std::cout << "  wrong     " << on_one_line(text_of(kind.first[i])) << '\n';
     if (kind.count > printed)
       std::cout << "            and " << grouped(kind.count - printed) << " more of this kind\n";
   }

@@ -54,6 +54,9 @@ struct DatasetInfo {
   ScalarType position_type = ScalarType::kFloat32;
   bool has_input_order = false;   ///< see Request::input_order
   bool errors_are_bounds = false; ///< false: errors are those that the build has seen, and true ones may be larger
+  /// Some of the original's tets were found to lie in one another, or to be folded over others: a point there has
+  /// several values, and errors are those of each part by itself.
+  bool overlaps_itself = false;
   std::vector<FieldInfo> fields;
   Point box_min{}; ///< of the original's bounding box, mesh units
   Point box_max{};

@@ -141,6 +141,9 @@ typedef struct ptet_dataset_info {
   int32_t has_input_order;   /* 1: the file keeps the order of its input (ptet_request_set_input_order) */
   int32_t errors_are_bounds; /* 0: errors are what the build has seen, and the true ones may be larger */
   double base_covered;       /* of the coarsest mesh, as ptet_extraction_covered */
+  int32_t overlaps_itself;   /* 1: some of the original's tets were found to lie in one another, and errors there are
+                              * those of each part by itself */
+  uint32_t reserved;         /* 0 */
 } ptet_dataset_info;
 
 typedef struct ptet_field_info {

@@ -66,6 +66,8 @@ class DatasetInfo:
         point_dtype: type of the coordinates.
         has_input_order: whether the file keeps the order of its input, see Dataset.extract.
         errors_are_bounds: whether nothing is further off than is stated; else errors are what the build has seen.
+        overlaps_itself: whether some of the original's tets were found to lie in one another; errors there are those of
+            each part by itself.
         fields: a FieldInfo each.
         box_min, box_max, diagonal: of the original's bounding box, mesh units.
         max_field_error, base_rms_error: of the coarsest mesh, by governing field, in its units.
@@ -84,6 +86,7 @@ class DatasetInfo:
     point_dtype: np.dtype[Any]
     has_input_order: bool
     errors_are_bounds: bool
+    overlaps_itself: bool
     fields: list[FieldInfo]
     box_min: tuple[float, float, float]
     box_max: tuple[float, float, float]

@@ -89,6 +89,7 @@ py::dict to_dict(const DatasetInfo& info) {
   dict["point_dtype"] = dtype_of(info.position_type);
   dict["has_input_order"] = info.has_input_order;
   dict["errors_are_bounds"] = info.errors_are_bounds;
+  dict["overlaps_itself"] = info.overlaps_itself;
   dict["fields"] = fields;
   dict["box_min"] = py::tuple(py::cast(info.box_min));
   dict["box_max"] = py::tuple(py::cast(info.box_max));
