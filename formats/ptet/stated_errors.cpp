@@ -10,13 +10,13 @@
 #include "ptet/error.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <random>
-#include <system_error>
-#include <thread>
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
 
 namespace ptet::file {
 namespace {
@@ -259,36 +259,17 @@ StatedErrors check_stated_errors(const Verified& verified, std::uint64_t samples
   Judge judge(verified, measurer, result, violations);
   const auto records = chosen(verified.content->refinement.record_count(), samples);
 
-  const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
-  std::vector<ExactFieldError::Workspace> workspaces(threads, ExactFieldError::Workspace(measurer.exact()));
+  // A thread's takes some bytes for each tet and vertex of the original: only those that measure have one.
+  oneapi::tbb::enumerable_thread_specific<ExactFieldError::Workspace> workspaces(
+      [&] { return ExactFieldError::Workspace(measurer.exact()); });
   std::vector<Measured> measured;
   for (std::size_t begin = 0; begin < records.size(); begin += kMeasureBatch) {
     go_on(begin, records.size());
     const std::size_t end = std::min(begin + kMeasureBatch, records.size());
     measured.assign(end - begin, {});
-    std::atomic<std::size_t> next{begin};
-    std::vector<std::exception_ptr> thrown(threads);
-    const auto work = [&](std::size_t k) {
-      try {
-        for (std::size_t i = next++; i < end; i = next++)
-          measured[i - begin] = measurer.measure(RecordId{records[i]}, workspaces[k]);
-      } catch (...) {
-        thrown[k] = std::current_exception();
-        next = end;
-      }
-    };
-    {
-      std::vector<std::jthread> others;
-      try {
-        for (std::size_t k = 1; k < threads; ++k)
-          others.emplace_back([&, k] { work(k); });
-      } catch (const std::system_error&) {
-        // The system gives no more of them; those that are there do all of it.
-      }
-      work(0);
-    }
-    for (const std::exception_ptr& error : thrown)
-      if (error) std::rethrow_exception(error);
+    oneapi::tbb::parallel_for(begin, end, [&](std::size_t i) {
+      measured[i - begin] = measurer.measure(RecordId{records[i]}, workspaces.local());
+    });
     for (std::size_t i = begin; i < end; ++i)
       judge.judge(records[i], measured[i - begin]);
   }

@@ -11,7 +11,7 @@
 namespace ptet {
 
 struct ClosestOnTriangle {
-  std::array<double, 3> weight; ///< barycentric coordinates, none negative, sum 1
+  std::array<double, 3> weight; ///< barycentric coordinates: none negative, sum 1, but for rounding
   double distance_sq;
 };
 [[nodiscard]] ClosestOnTriangle closest_on_triangle(const Point& p, const Point& a, const Point& b, const Point& c);

@@ -18,19 +18,31 @@ namespace ptet::comparison {
 inline constexpr std::size_t kBlock = 256;
 inline constexpr std::size_t kBlocksBetweenReports = 64;
 
-/// Calls `work(block, begin, end)` for all blocks of `count` items, in parallel, with reports in between.
-template <class Work>
-void for_each_block(std::size_t count, const char* stage, const ProgressCallback& progress, Work&& work) {
-  const std::size_t blocks = (count + kBlock - 1) / kBlock;
-  for (std::size_t first = 0; first < blocks; first += kBlocksBetweenReports) {
-    if (progress && !progress({stage, first * kBlock, count})) throw Error(ErrorCode::kCancelled, "cancelled");
-    tbb::parallel_for(first, std::min(blocks, first + kBlocksBetweenReports),
-                      [&](std::size_t block) { work(block, block * kBlock, std::min(count, (block + 1) * kBlock)); });
+/// The same for work that adds to a Part of its own, which begins as a copy of `none`: calls `work(part, begin, end)`,
+/// then `take(part)` in the order of the blocks. Few parts are there at a time, however many items there are.
+template <class Part, class Work, class Take>
+void for_each_part(std::size_t count, const char* stage, const ProgressCallback& progress, const Part& none,
+                   Work&& work, Take&& take) {
+  std::vector<Part> parts;
+  for (std::size_t begin = 0; begin < count; begin += kBlock * kBlocksBetweenReports) {
+    const std::size_t end = std::min(count, begin + kBlock * kBlocksBetweenReports);
+    if (progress && !progress({stage, begin, count})) throw Error(ErrorCode::kCancelled, "cancelled");
+    parts.assign((end - begin + kBlock - 1) / kBlock, none);
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t block) {
+      const std::size_t from = begin + block * kBlock;
+      work(parts[block], from, std::min(end, from + kBlock));
+    });
+    for (const Part& part : parts)
+      take(part);
   }
 }
 
-[[nodiscard]] inline std::size_t block_count(std::size_t count) {
-  return (count + kBlock - 1) / kBlock;
+/// Calls `work(begin, end)` for all blocks of `count` items, in parallel, with reports in between.
+template <class Work>
+void for_each_block(std::size_t count, const char* stage, const ProgressCallback& progress, Work&& work) {
+  for_each_part(
+      count, stage, progress, char{}, [&](char&, std::size_t begin, std::size_t end) { work(begin, end); },
+      [](char) {});
 }
 
 template <class Mesh>

@@ -268,16 +268,15 @@ InsideDifference MeshComparison::exact_inside(const ProgressCallback& progress) 
   result.fields.resize(fields);
   result.cell_volume.assign(tets, 0);
   result.cell_max.assign(tets * fields, std::numeric_limits<double>::quiet_NaN());
-  std::vector<std::vector<FieldDifference>> partial(block_count(tets), std::vector<FieldDifference>(fields));
   tbb::enumerable_thread_specific<Clipper> clippers([this] { return Clipper(*this); });
-  for_each_block(tets, "comparing fields", progress, [&](std::size_t block, std::size_t begin, std::size_t end) {
+  using Part = std::vector<FieldDifference>;
+  const auto compare = [&](Part& part, std::size_t begin, std::size_t end) {
     Clipper& clipper = clippers.local();
     for (std::size_t t = begin; t < end; ++t)
-      clipper.compare(static_cast<std::uint32_t>(t), partial[block], result.cell_max.data() + t * fields,
-                      result.cell_volume[t]);
-  });
-  for (const auto& part : partial)
-    add(part, result.fields);
+      clipper.compare(static_cast<std::uint32_t>(t), part, result.cell_max.data() + t * fields, result.cell_volume[t]);
+  };
+  for_each_part(tets, "comparing fields", progress, Part(fields), compare,
+                [&](const Part& part) { add(part, result.fields); });
   result.volume = std::accumulate(result.cell_volume.begin(), result.cell_volume.end(), 0.0);
   divide(result.fields, result.volume);
   to_units(result.fields);
@@ -291,18 +290,19 @@ std::uint64_t count_boundary_intersections(std::span<const Point> points, std::s
   std::vector<BoundingBox> boxes(triangles.size());
   std::transform(triangles.begin(), triangles.end(), boxes.begin(), [](const Triangle& t) { return box_of(t); });
   const BoxTree tree(boxes);
-  std::vector<std::uint64_t> partial(block_count(faces.size()));
-  for_each_block(
-      faces.size(), "checking the boundary", progress, [&](std::size_t block, std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin; f < end; ++f) {
-          const FacePlane plane(faces[f], points);
-          tree.each_meeting(boxes[f], static_cast<std::uint32_t>(f) + 1, [&](std::uint32_t other) {
-            if (!plane.surely_misses(faces[other], points) && faces_meet_improperly(faces[f], faces[other], points))
-              ++partial[block];
-          });
-        }
+  const auto count = [&](std::uint64_t& pairs, std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      const FacePlane plane(faces[f], points);
+      tree.each_meeting(boxes[f], static_cast<std::uint32_t>(f) + 1, [&](std::uint32_t other) {
+        if (!plane.surely_misses(faces[other], points) && faces_meet_improperly(faces[f], faces[other], points))
+          ++pairs;
       });
-  return std::accumulate(partial.begin(), partial.end(), std::uint64_t{0});
+    }
+  };
+  std::uint64_t all = 0;
+  for_each_part(faces.size(), "checking the boundary", progress, std::uint64_t{0}, count,
+                [&](std::uint64_t pairs) { all += pairs; });
+  return all;
 }
 
 } // namespace ptet

@@ -159,11 +159,8 @@ MeshComparison::Sampled MeshComparison::sampled(std::uint64_t samples, std::uint
   result.outside.fields.resize(fields);
   const std::vector<double> sums = running_sum(original_tet_volume_);
   if (samples == 0 || !(original_volume_ > 0)) return result;
-  std::vector<Part> parts(block_count(samples));
-  for_each_block(samples, "comparing samples", progress, [&](std::size_t block, std::size_t begin, std::size_t end) {
-    Part& part = parts[block];
-    part.inside.resize(fields);
-    part.outside.resize(fields);
+  std::uint64_t compared = 0;
+  const auto compare = [&](Part& part, std::size_t begin, std::size_t end) {
     Sampler sampler(*this);
     for (std::size_t i = begin; i < end; ++i) {
       Random random(seed, i);
@@ -184,15 +181,15 @@ MeshComparison::Sampled MeshComparison::sampled(std::uint64_t samples, std::uint
         ++part.outside_points;
       }
     }
-  });
-  std::uint64_t compared = 0;
-  for (const Part& part : parts) {
+  };
+  const Part none{std::vector<FieldDifference>(fields), std::vector<FieldDifference>(fields)};
+  for_each_part(samples, "comparing samples", progress, none, compare, [&](const Part& part) {
     add(part.inside, result.inside.fields);
     add(part.outside, result.outside.fields);
     result.inside.points += part.inside_points;
     result.outside.points += part.outside_points;
     compared += part.compared;
-  }
+  });
   divide(result.inside.fields, static_cast<double>(compared));
   divide(result.outside.fields, static_cast<double>(result.outside.points));
   to_units(result.inside.fields);
@@ -211,7 +208,7 @@ VertexDifference MeshComparison::at_vertices(const ProgressCallback& progress) c
   for (const Tet& tet : original_.tets)
     for (const VertexId v : tet)
       used[v.index()] = 1;
-  for_each_block(vertices, "comparing vertices", progress, [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_each_block(vertices, "comparing vertices", progress, [&](std::size_t begin, std::size_t end) {
     Sampler sampler(*this);
     for (std::size_t v = begin; v < end; ++v) {
       if (!used[v]) continue;
@@ -256,10 +253,7 @@ OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside
     std::vector<FieldDifference> fields;
     std::uint64_t points = 0, missed = 0;
   };
-  std::vector<Part> parts(block_count(samples));
-  for_each_block(samples, "comparing outside", progress, [&](std::size_t block, std::size_t begin, std::size_t end) {
-    Part& part = parts[block];
-    part.fields.resize(fields);
+  const auto compare = [&](Part& part, std::size_t begin, std::size_t end) {
     Sampler sampler(*this);
     std::size_t missed = uncovered.size(); // the last tet that was, and would be again: samples go from tet to tet
     for (std::size_t i = begin; i < end; ++i) {
@@ -276,12 +270,13 @@ OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside
       enter(sampler.against_closest(p), p, part.fields);
       ++part.points;
     }
-  });
-  for (const Part& part : parts) {
+  };
+  const Part none{std::vector<FieldDifference>(fields)};
+  for_each_part(samples, "comparing outside", progress, none, compare, [&](const Part& part) {
     add(part.fields, result.fields);
     result.points += part.points;
     result.missed += part.missed;
-  }
+  });
   divide(result.fields, static_cast<double>(result.points));
   to_units(result.fields);
   return result;

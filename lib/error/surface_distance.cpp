@@ -75,9 +75,10 @@ std::vector<BoundingBox> boxes_of(const std::vector<Triangle>& triangles, const 
   return boxes;
 }
 
-/// A convex polygon of a few corners.
+/// A triangle that was cut three times at most. Where rounding lets a cut cross every edge, there are 4, 6, then 9
+/// corners.
 struct FlatPolygon {
-  std::array<Point, 8> corner;
+  std::array<Point, 9> corner;
   std::size_t size = 0;
 
   void add(const Point& p) { corner[size++] = p; }
