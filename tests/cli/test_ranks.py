@@ -70,6 +70,12 @@ class Ranks(unittest.TestCase):
                 self.assertIn(says, errors[0])
                 self.assertEqual(self.files(), ["grid.vtu"])
 
+    def test_what_needs_no_others_is_done_once(self):
+        self.run_in_folder([PTET, "build", "grid.vtu", "--method", "QN", "--quiet"], 0)
+        done = self.mpirun(3, "extract", "grid.ptet", "--vertices", "20%", "-o", "part.vtu")
+        self.assertEqual(done.stdout.count("limited   by"), 1, done.stdout)
+        self.assertEqual(self.files(), ["grid.ptet", "grid.vtu", "part.vtu"])
+
     def test_an_error_of_one_rank_ends_all(self):
         (self.folder / "bad.vtu").write_text("<VTKFile>")
         build = [PTET, "build", "--pieces", "4", "-o", "out.ptet"]

@@ -143,5 +143,6 @@ int main(int argc, char** argv) {
   const PlainOutput plain(std::cout);
   CLI::App program("", "ptet");
   add_commands(program);
-  return as_a_rank([&] { return guarded([&] { return run(program, argc, argv); }); });
+  const bool together = argc > 1 && argv[1] == std::string_view("build");
+  return as_a_rank(together, [&] { return guarded([&] { return run(program, argc, argv); }); });
 }

@@ -71,8 +71,9 @@ std::vector<Decided> Ranks::decide(const PiecesBuild& pieces, const ProgressCall
   return gather(std::move(own), pieces.piece_count());
 }
 
-int as_a_rank(const std::function<int()>& run) {
+int as_a_rank(bool together, const std::function<int()>& run) {
   if (started_processes().rank == 0) return run();
+  if (!together) return kExitOk;
   std::ostringstream unheard;
   std::ostringstream message;
   const int code = [&] {
