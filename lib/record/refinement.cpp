@@ -457,6 +457,23 @@ std::span<const RecordId> Refinement::parents(RecordId r) const {
   return {parents_.data() + parent_begin_[r.index()], parent_count_[r.index()]};
 }
 
+/// By place, 1: what stands there is what the record of its first vertex put there.
+std::vector<char> Refinement::places_with_maker() const {
+  std::vector<char> has_maker(live_.size(), 0);
+  for (std::uint32_t i = 0; i < record_count(); ++i) {
+    const RecordId r{i};
+    if (!applied(r)) continue;
+    const std::vector<Tet> tets = fine_tets(r);
+    const auto in_place = modified(r);
+    for (std::size_t k = 0; k < tets.size(); ++k) {
+      const std::size_t place = k < in_place.size() ? in_place[k].index() : rim_place_[i] + (k - in_place.size());
+      if (place < live_.size() && consumer(static_cast<std::uint32_t>(place)) == r && live_[place].tet == tets[k])
+        has_maker[place] = 1;
+    }
+  }
+  return has_maker;
+}
+
 std::string Refinement::validate() const {
   const auto name = [](std::uint32_t place) { return "the tet in place " + std::to_string(place); };
   std::uint64_t versions = base_place_count(), places = base_place_count();
@@ -468,15 +485,13 @@ std::string Refinement::validate() const {
   if (versions != version_count_) return "the splits have made other than " + std::to_string(version_count_) + " tets";
   if (places != live_.size())
     return "the splits have made " + std::to_string(places) + " places, and there are " + std::to_string(live_.size());
+  const std::vector<char> has_maker = places_with_maker();
   for (std::uint32_t place = 0; place < live_.size(); ++place) {
     const Live& live = live_[place];
-    const RecordId made_in = consumer(place);
-    if (made_in.is_none()) {
+    if (consumer(place).is_none()) {
       if (place >= base_place_count() || live.tet != base_tets_[place]) return name(place) + " is of no record";
-    } else {
-      const std::uint32_t k = applied(made_in) ? fine_in_place(made_in, place) : 0;
-      if (!applied(made_in) || k == fine_count(made_in) || fine_tets(made_in)[k] != live.tet)
-        return name(place) + " is not among those of the record of its first vertex";
+    } else if (has_maker[place] == 0) {
+      return name(place) + " is not among those of the record of its first vertex";
     }
     for (std::uint32_t corner = 0; corner < 4; ++corner) {
       const std::uint32_t behind = live.neighbour[corner];

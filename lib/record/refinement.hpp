@@ -232,6 +232,7 @@ private:
     std::array<std::uint32_t, 4> neighbour{kNoPlace, kNoPlace, kNoPlace, kNoPlace};
     std::uint32_t split = 0; ///< the last split whose region it was in
   };
+  [[nodiscard]] std::vector<char> places_with_maker() const;
   struct RegionTet {
     std::uint32_t place;
     std::uint32_t u_corner;
