@@ -5,7 +5,6 @@
 #include "record/error_code.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <tuple>
 
@@ -20,13 +19,35 @@ constexpr double kLevelGrowth = 1.5;
 /// Blocks in a cell, all levels together. With smaller cells a focus reads less, but blocks are more and shorter.
 constexpr std::size_t kBlocksPerCell = 8;
 
-void order_base(const RecordStream& records, const std::vector<std::uint64_t>& codes, FileOrder& order) {
-  std::vector<char> removed(codes.size()), used(codes.size());
+/// By vertex: whether there is a tet that uses it, of the base or of any level.
+std::vector<char> used_vertices(const RecordStream& records, std::size_t vertex_count) {
+  std::vector<char> used(vertex_count);
   for (const VertexId v : records.removed)
-    removed[v.index()] = 1;
+    used[v.index()] = 1;
   for (const Tet& tet : records.slots) // a vertex that no record removed is still in one
     for (const VertexId v : tet)
       if (v != kDummyVertex) used[v.index()] = 1;
+  return used;
+}
+
+void find_box(const PointArray& positions, const std::vector<char>& used, FileOrder& order) {
+  bool any = false;
+  for (std::uint32_t v = 0; v < used.size(); ++v) {
+    if (used[v] == 0) continue;
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const double at = positions.value(v, axis);
+      order.box_min[axis] = any ? std::min(order.box_min[axis], at) : at;
+      order.box_max[axis] = any ? std::max(order.box_max[axis], at) : at;
+    }
+    any = true;
+  }
+}
+
+void order_base(const RecordStream& records, const std::vector<std::uint64_t>& codes, const std::vector<char>& used,
+                FileOrder& order) {
+  std::vector<char> removed(codes.size());
+  for (const VertexId v : records.removed)
+    removed[v.index()] = 1;
   for (std::uint32_t v = 0; v < codes.size(); ++v) {
     if (removed[v] == 0) order.mesh_vertex.push_back(VertexId{v});
   }
@@ -143,17 +164,8 @@ std::vector<std::vector<Records>> pieces_of_levels(const CellTree& tree, const s
 
 } // namespace
 
-std::vector<std::uint64_t> morton_codes(const PointArray& positions) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  Point least{kInf, kInf, kInf}, greatest{-kInf, -kInf, -kInf};
+std::vector<std::uint64_t> morton_codes(const PointArray& positions, const Point& least, const Point& greatest) {
   const std::size_t count = positions.size();
-  for (std::size_t v = 0; v < count; ++v) {
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const double x = positions.value(v, axis);
-      least[axis] = std::min(least[axis], x);
-      greatest[axis] = std::max(greatest[axis], x);
-    }
-  }
   const double size = std::max({greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]});
   std::vector<std::uint64_t> codes(count);
   for (std::size_t v = 0; v < count; ++v) {
@@ -169,8 +181,10 @@ std::vector<std::uint64_t> morton_codes(const PointArray& positions) {
 FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
                      std::uint32_t records_per_block) {
   FileOrder order;
-  const auto codes = morton_codes(mesh.positions);
-  order_base(records, codes, order);
+  const std::vector<char> used = used_vertices(records, mesh.vertex_count());
+  find_box(mesh.positions, used, order);
+  const auto codes = morton_codes(mesh.positions, order.box_min, order.box_max);
+  order_base(records, codes, used, order);
   const auto generation = generations_of(records, parents);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
 

@@ -18,6 +18,8 @@ struct BlockRange {
 };
 
 struct FileOrder {
+  Point box_min{}; ///< of the vertices that tets use
+  Point box_max{};
   std::uint32_t base_vertex_count = 0;
   std::vector<VertexId> mesh_vertex;        ///< by file vertex: base (used ones first), then one for each record
   std::vector<VertexId> file_vertex;        ///< by mesh vertex
@@ -26,9 +28,20 @@ struct FileOrder {
   std::vector<BlockRange> blocks;
 };
 
-/// Places of vertices along a Morton curve through the cube that begins where the box of them all does, as PTET.md
-/// says it ("In a block"). `positions`: n x 3; what is not finite is in the first or last cell.
-[[nodiscard]] std::vector<std::uint64_t> morton_codes(const PointArray& positions);
+/// Places of vertices along a Morton curve through the cube that begins where the box does, as PTET.md says it ("In a
+/// block"). `positions`: n x 3; what is outside of it, or not finite, is in the first or last cell.
+[[nodiscard]] std::vector<std::uint64_t> morton_codes(const PointArray& positions, const Point& box_min,
+                                                      const Point& box_max);
+
+/// The first record of a block, from `first` up to `end`, whose code is less than that of the one before, where both
+/// are of one generation; `end` where there is none.
+template <class Generation, class Code>
+[[nodiscard]] std::uint32_t first_out_of_order(std::uint32_t first, std::uint32_t end, Generation&& generation,
+                                               Code&& code) {
+  for (std::uint32_t r = first + 1; r < end; ++r)
+    if (generation(r - 1) == generation(r) && code(r - 1) > code(r)) return r;
+  return end;
+}
 
 /// Calls `visit` with each stream record that must be split before `record`: those that consumed what it made, and the
 /// others it needs. May repeat one. `parents`: of the same stream.

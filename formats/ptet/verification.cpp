@@ -3,6 +3,7 @@
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
 #include "formats/ptet/version_table.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/governing.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
@@ -265,17 +266,16 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
 }
 
 /// Tells of one record a block: where one is out of place, others are.
-void check_order(const Verified& verified, Teller& tell) {
+void check_order(const Verified& verified, const BoundingBox& box, Teller& tell) {
   const Content& content = *verified.content;
-  const auto codes = morton_codes(content.positions);
+  const auto codes = morton_codes(content.positions, box.low, box.high);
   const auto code_of = [&](std::uint32_t r) { return codes[content.refinement.vertex_of(RecordId{r}).index()]; };
   for (const std::uint32_t b : verified.decoded) {
     const BlockInfo& block = verified.reader->blocks()[b];
-    for (std::uint32_t r = block.first_record + 1; r < block.end_record(); ++r) {
-      if (content.generation[r - 1] != content.generation[r] || code_of(r - 1) <= code_of(r)) continue;
+    const auto generation = [&](std::uint32_t r) { return content.generation[r]; };
+    const std::uint32_t r = first_out_of_order(block.first_record, block.end_record(), generation, code_of);
+    if (r != block.end_record())
       tell({"the records of one generation in a block are not in Morton order", block.offset, b, r, {}});
-      break;
-    }
   }
 }
 
@@ -357,32 +357,32 @@ void check_ranges(const Header& header, const TetMesh& mesh, Teller& tell) {
   }
 }
 
-/// What the header says of the mesh.
-void check_header(const Verified& verified, Teller& tell) {
+std::array<Point, 4> corners_of(const TetMesh& mesh, const Tet& tet) {
+  return {mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]), mesh.position(tet[3])};
+}
+
+/// Of the vertices that tets use.
+BoundingBox used_box(const TetMesh& mesh) {
+  BoundingBox box;
+  for (const Tet& tet : mesh.tets)
+    box.join(box_of(corners_of(mesh, tet)));
+  return box;
+}
+
+/// What the header says of the mesh, which has the box.
+void check_header(const Header& header, const TetMesh& mesh, const BoundingBox& box, Teller& tell) {
   using namespace vec;
-  const Header& header = verified.reader->header();
-  const TetMesh mesh = finest_mesh(*verified.content);
-  Point least, greatest;
-  least.fill(std::numeric_limits<double>::infinity());
-  greatest.fill(-std::numeric_limits<double>::infinity());
   double volume = 0, rounding = 0;
   for (const Tet& tet : mesh.tets) {
-    std::array<Point, 4> p;
-    for (std::size_t i = 0; i < 4; ++i) {
-      p[i] = mesh.position(tet[i]);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        least[axis] = std::min(least[axis], p[i][axis]);
-        greatest[axis] = std::max(greatest[axis], p[i][axis]);
-      }
-    }
+    const std::array<Point, 4> p = corners_of(mesh, tet);
     const auto a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
     volume += tet_volume(p);
     rounding += kTetRounding * norm(a) * norm(b) * norm(c);
   }
-  if (mesh.tets.empty()) return;
-  if (least != header.box_min || greatest != header.box_max)
+  if (box.low != header.box_min || box.high != header.box_max)
     tell({"the bounding box of the header is not that of the mesh", 56, {}, {}, {}});
-  const double diagonal = std::hypot(greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]);
+  const Vec3 extent = box.high - box.low;
+  const double diagonal = std::hypot(extent[0], extent[1], extent[2]);
   if (diagonal > 0 && !(std::abs(header.diagonal - diagonal) <= kDiagonalSlack * diagonal))
     tell({"the diagonal of the header is not that of the mesh", 104, {}, {}, {}});
   if (header.volume > 0 && !(std::abs(header.volume - volume) <= kVolumeSlack * volume + rounding))
@@ -432,8 +432,11 @@ Verified verify(const std::shared_ptr<ByteSource>& source, const Violations& vio
   check_records(verified, tell, verified.notes);
   check_orientations(verified, tell, progress);
   if (!verified.is_whole()) return verified; // box and volume are of all vertices and tets
-  check_order(verified, tell);
-  check_header(verified, tell);
+  const TetMesh mesh = finest_mesh(*verified.content);
+  if (mesh.tets.empty()) return verified;
+  const BoundingBox box = used_box(mesh);
+  check_order(verified, box, tell);
+  check_header(verified.reader->header(), mesh, box, tell);
   return verified;
 }
 

@@ -2,6 +2,7 @@
 
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
+#include "formats/ptet/packing.hpp"
 #include "formats/ptet/record_codec.hpp"
 #include "formats/ptet/record_runs.hpp"
 #include "formats/ptet/seed_choice.hpp"
@@ -17,12 +18,9 @@
 
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
-#include <zstd.h>
 
 namespace ptet::file {
 namespace {
-
-constexpr int kZstdLevel = 19;
 
 void report(const ProgressCallback& progress, std::string_view stage, std::uint64_t done, std::uint64_t total) {
   if (progress && !progress({stage, done, total})) throw Error(ErrorCode::kCancelled, "writing was cancelled");
@@ -129,22 +127,8 @@ void Encoding::describe() {
   header.volume = records_.volume;
   header.has_squared_errors = records_.has_squared_errors();
   header.overlaps_itself = records_.overlaps_itself;
-  std::vector<char> used(vertex_count_); // by file vertex
-  for (const VertexId v : records_.removed)
-    used[order_.file_vertex[v.index()].index()] = 1;
-  for (const Tet& tet : records_.slots)
-    for (const VertexId v : tet)
-      if (v != kDummyVertex) used[order_.file_vertex[v.index()].index()] = 1;
-  bool any = false;
-  for (std::uint32_t v = 0; v < used.size(); ++v) {
-    if (used[v] == 0) continue;
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const double at = positions_.value(v, axis);
-      header.box_min[axis] = any ? std::min(header.box_min[axis], at) : at;
-      header.box_max[axis] = any ? std::max(header.box_max[axis], at) : at;
-    }
-    any = true;
-  }
+  header.box_min = order_.box_min;
+  header.box_max = order_.box_max;
   const auto digits_of = [](const PointArray& array) {
     DecimalDigits digits;
     for (std::uint32_t c = 0; c < array.components; ++c) {
@@ -213,8 +197,8 @@ void Encoding::number_errors() {
 
 /// Which are coded by now.
 void Encoding::forget_errors() {
-  for (std::vector<double>* const errors :
-       {&records_.field_error, &records_.outside_error, &records_.domain_error, &records_.squared_error})
+  for (std::vector<double>* const errors : {&records_.field_error, &records_.outside_error, &records_.domain_error,
+                                            &records_.squared_error, &records_.uncovered_volume})
     *errors = std::vector<double>(); // {} would keep its memory
 }
 
@@ -470,9 +454,13 @@ void Encoding::train() {
 }
 
 void Encoding::code_blocks() {
+  constexpr std::size_t kBetweenLooks = 256; // blocks
   block_bytes_.resize(infos_.size());
-  oneapi::tbb::parallel_for(std::size_t{0}, infos_.size(),
-                            [&](std::size_t b) { block_bytes_[b] = code_block(static_cast<std::uint32_t>(b)); });
+  for (std::size_t begin = 0; begin < infos_.size(); begin += kBetweenLooks) {
+    report(progress_, "coding blocks", begin, infos_.size());
+    oneapi::tbb::parallel_for(begin, std::min(begin + kBetweenLooks, infos_.size()),
+                              [&](std::size_t b) { block_bytes_[b] = code_block(static_cast<std::uint32_t>(b)); });
+  }
 }
 
 /// Forgets the transcript.
@@ -499,11 +487,8 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
   put_header(file, fixed_);
   std::vector<Section> sections;
   const auto add = [&](SectionKind kind, const std::vector<std::byte>& raw) {
-    std::vector<std::byte> stored(ZSTD_compressBound(raw.size()));
-    const std::size_t size = ZSTD_compress(stored.data(), stored.size(), raw.data(), raw.size(), kZstdLevel);
-    if (ZSTD_isError(size) != 0) throw Error(ErrorCode::kLimit, "compression failed: out of memory");
-    stored.resize(size);
-    if (size >= raw.size() || raw.size() / kMaxExpansion >= size) stored = raw;
+    const std::vector<std::byte> stored =
+        packed(raw, [&](std::size_t done) { report(progress_, "packing", done, raw.size()); });
     sections.push_back(
         {static_cast<std::uint32_t>(kind), flags_of(kind), file.size(), stored.size(), raw.size(), hash_of(stored)});
     file.put_bytes(stored);
@@ -528,7 +513,6 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
   sections.push_back(
       {static_cast<std::uint32_t>(SectionKind::kBlocks), kMandatory, blocks_offset, blocks_bytes, blocks_bytes, 0});
   if (given_ != nullptr) {
-    report(progress_, "writing the order of the input", 0, 0);
     ByteWriter order;
     put_input_order(order, input_order(*given_, order_.file_vertex));
     add(SectionKind::kInputOrder, order.take());
@@ -561,6 +545,7 @@ std::vector<std::byte> encode(TetMesh mesh, RecordStream records, const Manifest
                               const ProgressCallback& progress, const GivenIds* given) {
   Encoding encoding(std::move(mesh), std::move(records), progress, given);
   encoding.check_input();
+  report(progress, "ordering records", 0, 0);
   encoding.order();
   encoding.describe();
   encoding.number_errors();
@@ -570,6 +555,7 @@ std::vector<std::byte> encode(TetMesh mesh, RecordStream records, const Manifest
   encoding.make_base();
   encoding.find_needs();
   encoding.transcribe();
+  report(progress, "coding blocks", 0, 0);
   encoding.train();
   encoding.code_blocks();
   return encoding.assemble(manifest);
