@@ -44,7 +44,7 @@ void LoadQueue::ask_for(const BlockSet& set, const void* asker) {
       std::rotate(asked_.begin(), before, before + 1);
     } else {
       asked_.push_front(std::make_shared<Request>(Request{set, {}, false}));
-      if (asked_.size() > kMaxQueued) asked_.pop_back();
+      if (asked_.size() > kMaxQueued) join_oldest();
     }
     const Asked asked = asked_.front();
     if (asker == nullptr) {
@@ -57,6 +57,17 @@ void LoadQueue::ask_for(const BlockSet& set, const void* asker) {
     }
   }
   has_work_.notify_one();
+}
+
+/// The mutex must be held. What is being served may be one of them, and must not change.
+void LoadQueue::join_oldest() {
+  const Asked oldest = asked_.back();
+  asked_.pop_back();
+  auto joined = std::make_shared<Request>(*asked_.back());
+  unite(joined->set, oldest->set);
+  joined->askers.insert(joined->askers.end(), oldest->askers.begin(), oldest->askers.end());
+  joined->is_anyones |= oldest->is_anyones;
+  asked_.back() = std::move(joined);
 }
 
 void LoadQueue::forget_asker(const void* asker) {

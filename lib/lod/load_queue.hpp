@@ -37,7 +37,7 @@ public:
   LoadQueue(const LoadQueue&) = delete;
   LoadQueue& operator=(const LoadQueue&) = delete;
 
-  /// One that is asked again and again is queued once, as the latest. Of too many the oldest are forgotten. What the
+  /// One that is asked again and again is queued once, as the latest. Of too many the two oldest become one. What the
   /// same `asker`, if any, asked for before is wanted no more.
   /// Throws what serving threw, once, and asks for nothing then; Error(kBadArgument) when asked by what serves.
   void ask_for(const BlockSet& set, const void* asker = nullptr);
@@ -72,6 +72,7 @@ private:
   [[nodiscard]] Asked wait_for_first();
   void forget(const Asked& asked);
   void take_back(const void* asker);
+  void join_oldest();
 
   const Serve serve_;
   std::mutex mutex_;

@@ -112,6 +112,41 @@ TEST_CASE("load queue: what is asked for by one that goes is not loaded") {
   CHECK(served.order() == "abbcc");
 }
 
+TEST_CASE("load queue: however many are asked for, all that was asked is done") {
+  constexpr std::size_t kBlocks = 300;
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool may_go_on = false;
+  std::vector<int> done(kBlocks, 0);
+  std::size_t parts = 0;
+  LoadQueue queue([&](const BlockSet& asked) {
+    std::unique_lock guard(mutex);
+    changed.wait(guard, [&] { return may_go_on; });
+    for (std::size_t b = 0; b < asked.size(); ++b)
+      done[b] += asked[b] != 0 ? 1 : 0;
+    ++parts;
+    return false;
+  });
+  const auto ask = [&](std::size_t block, const void* asker) {
+    BlockSet set(kBlocks, 0);
+    set[block] = 1;
+    queue.ask_for(set, asker);
+  };
+  const std::vector<int> askers(kBlocks);
+  for (std::size_t b = 0; b < kBlocks; ++b)
+    ask(b, b % 3 == 0 ? &askers[b] : nullptr);
+  ask(5, &askers[200]);
+  {
+    const std::lock_guard guard(mutex);
+    may_go_on = true;
+  }
+  changed.notify_all();
+  queue.wait_until_done({});
+  const std::lock_guard guard(mutex);
+  CHECK(std::all_of(done.begin(), done.end(), [](int times) { return times >= 1 && times <= 2; }));
+  CHECK(parts < kBlocks / 2); // as many as are kept apart, and not each by itself
+}
+
 TEST_CASE("load queue: what serving throws is told to who waits, and the rest is done") {
   Served served(2);
   served.fail();
