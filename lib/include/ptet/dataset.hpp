@@ -61,8 +61,9 @@ struct DatasetInfo {
   Point box_min{}; ///< of the original's bounding box, mesh units
   Point box_max{};
   double diagonal = 0;                 ///< of that box: what relative domain errors refer to
-  std::vector<double> max_field_error; ///< of the base mesh, one per governing field, in the order of `fields`
-  double max_domain_error = 0;         ///< of the base mesh, mesh units
+  /// The largest of any level, one per governing field, in the order of `fields`: no mesh of the file has a larger one.
+  std::vector<double> max_field_error;
+  double max_domain_error = 0; ///< likewise, mesh units
   std::vector<double> base_rms_error;  ///< of the base mesh, see Extraction::rms_error
   std::optional<double> base_covered;  ///< likewise, see Extraction::covered
   std::string provenance_json;         ///< the manifest as JSON text: tool version, options, input name and hash

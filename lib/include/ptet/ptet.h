@@ -137,7 +137,7 @@ typedef struct ptet_dataset_info {
   double box_min[3]; /* of the domain, mesh units */
   double box_max[3];
   double diagonal;           /* of that box: what relative domain errors refer to */
-  double max_domain_error;   /* of the coarsest mesh, mesh units */
+  double max_domain_error;   /* the largest of any level, mesh units */
   int32_t has_input_order;   /* 1: the file keeps the order of its input (ptet_request_set_input_order) */
   int32_t errors_are_bounds; /* 0: errors are what the build has seen, and the true ones may be larger */
   double base_covered;       /* of the coarsest mesh, as ptet_extraction_covered */
@@ -155,8 +155,8 @@ typedef struct ptet_field_info {
   uint32_t reserved; /* 0 */
   double range; /* largest minus least value (vectors: diagonal of the box of values): what relative errors refer to;
                  * 0 when it does not govern: the file does not tell */
-  double max_error; /* of the coarsest mesh, units of the field; NaN when it does not govern */
-  double max_rms;   /* likewise the root mean square; NaN when it was not measured */
+  double max_error; /* the largest of any level, units of the field; NaN when it does not govern */
+  double max_rms;   /* the root mean square error of the coarsest mesh; NaN when it was not measured */
 } ptet_field_info;
 
 typedef struct ptet_dataset ptet_dataset;

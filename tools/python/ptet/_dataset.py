@@ -70,9 +70,10 @@ class DatasetInfo:
             each part by itself.
         fields: a FieldInfo each.
         box_min, box_max, diagonal: of the original's bounding box, mesh units.
-        max_field_error, base_rms_error: of the coarsest mesh, by governing field, in its units.
-        base_covered: likewise the part of the original's volume that it covers, see Extraction.covered.
-        max_domain_error: of the coarsest mesh, mesh units.
+        max_field_error: the largest of any level, by governing field, in its units.
+        max_domain_error: the largest of any level, mesh units.
+        base_rms_error: of the coarsest mesh, by governing field, in its units.
+        base_covered: the part of the original's volume that the coarsest mesh covers, see Extraction.covered.
         provenance: what made the file, with which options, and from what.
     """
 

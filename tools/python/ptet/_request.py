@@ -152,7 +152,7 @@ class View:
         eye: mesh units.
         direction: of any length but 0.
         up: not parallel to the direction.
-        vertical_angle: of the whole picture, radians, below pi.
+        vertical_angle: of the whole picture, radians, below pi (30 degrees).
         width, height: of the picture, pixels.
         max_pixels: largest domain error as seen from the eye, pixels.
         outside: what cannot be seen may have so many times the errors, >= 1; infinity: nothing is asked there.
@@ -161,7 +161,7 @@ class View:
     eye: Vector
     direction: Vector = (0.0, 0.0, -1.0)
     up: Vector = (0.0, 1.0, 0.0)
-    vertical_angle: float = 0.5
+    vertical_angle: float = math.pi / 6
     width: int = 1920
     height: int = 1080
     max_pixels: float = 1.0
