@@ -92,9 +92,12 @@ std::string escaped(const std::string& path, const std::string& name) {
     const std::size_t length = utf8_length(name, i);
     const char c = name[i];
     const bool is_control = static_cast<unsigned char>(c) < 0x20;
-    if (length == 0 || (is_control && c != '\t' && c != '\n' && c != '\r'))
-      throw Error(ErrorCode::kBadInput, "cannot write " + path + ": the name of array '" + name +
-                                            "' is not text in UTF-8, which a VTU has; a .vtk file may have it");
+    const bool is_forbidden = is_control && c != '\t' && c != '\n' && c != '\r';
+    if (length == 0 || is_forbidden)
+      throw Error(ErrorCode::kBadInput, "cannot write " + path + ": the name of array '" + name + "' " +
+                                            (is_forbidden ? "has a control character that XML cannot hold"
+                                                          : "is not text in UTF-8, which a VTU has") +
+                                            "; a .vtk file may have it");
     if (is_control || c == '<' || c == '>' || c == '&' || c == '"' || c == '\'')
       text += "&#" + std::to_string(static_cast<int>(c)) + ";";
     else

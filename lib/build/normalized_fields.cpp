@@ -92,7 +92,10 @@ double range_of(const PointArray& array, const PreparedMesh& prepared, std::vect
                       "units of the field, or replace these values");
   }
   if (!std::isfinite(range))
-    throw Error(ErrorCode::kBadInput, "the range of field '" + array.name + "' passes what a double can hold");
+    throw Error(ErrorCode::kBadInput,
+                "the range of field '" + array.name +
+                    "' passes what a double can hold: give its values in another unit, or build with other "
+                    "fields");
   return range;
 }
 

@@ -67,7 +67,7 @@ class Usage(Case):
                       "--max-domain-error": bound, "--target-vertices": ["", "-1", "1.5", "101%", "nan", "-1%"],
                       "--min-quality": ["", "-1", "nan", "2"], "--max-star": ["", "3", "-1", "x"],
                       "--threads": ["", "-1", "1.5", "99999999999"], "--pieces": ["", "0", "-1", "x", "65537"],
-                      "--memory-limit": ["", "-1", "1.5", "G", "8T", "-8G"]},
+                      "--memory-limit": ["", "0", "0GB", "-1", "1.5", "G", "8T", "-8G"]},
             "extract": {"--field-error": [*bound, "=1", "smooth=nan", "1%,2%"], "--domain-error": bound,
                         "--tets": ["", "-1", "1.5", "101%"], "--vertices": ["", "-1", "inf"],
                         "--focus": ["", "box", "box:1,2,3", "box:1,0,0,0,1,1", "box:0,0,0,1,1,nan",

@@ -167,6 +167,12 @@ std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
   return parse_whole(option, text, 0, std::uint64_t{1} << 53);
 }
 
+std::uint64_t parse_memory_limit(std::string_view text) {
+  const std::uint64_t bytes = parse_bytes("--memory-limit", text);
+  if (bytes == 0) refuse("--memory-limit", text, "more than nothing is wanted; without the option there is no limit");
+  return bytes;
+}
+
 double parse_duration(std::string_view option, std::string_view text) {
   std::string_view number = text;
   double unit = 1;

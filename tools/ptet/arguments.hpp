@@ -48,6 +48,8 @@ struct Count {
 /// At most 100%.
 [[nodiscard]] Count parse_count(std::string_view option, std::string_view text);
 [[nodiscard]] std::uint64_t parse_bytes(std::string_view option, std::string_view text);
+/// Bytes, more than 0.
+[[nodiscard]] std::uint64_t parse_memory_limit(std::string_view text);
 /// Seconds.
 [[nodiscard]] double parse_duration(std::string_view option, std::string_view text);
 [[nodiscard]] Region parse_region(std::string_view option, std::string_view text);

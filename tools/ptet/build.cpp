@@ -141,7 +141,7 @@ Wishes parse(const Arguments& arguments) {
   if (arguments.threads) {
     wishes.options.threads = static_cast<unsigned>(parse_whole("--threads", *arguments.threads, 0, 1024));
   }
-  if (arguments.memory_limit) wishes.options.memory_limit = parse_bytes("--memory-limit", *arguments.memory_limit);
+  if (arguments.memory_limit) wishes.options.memory_limit = parse_memory_limit(*arguments.memory_limit);
   if (arguments.checkpoint_every) {
     wishes.options.checkpoint.every_seconds = parse_duration("--checkpoint-every", *arguments.checkpoint_every);
   }
@@ -392,8 +392,8 @@ void add_run(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--memory-limit", arguments.memory_limit,
                   "refuse a build that would have more memory resident,\n"
-                  "before it has: 8G, 500M or bytes (no limit)")
-      ->option_text("N|NG|NM|Nk");
+                  "before it has: 8GB, 500MB or bytes (no limit)")
+      ->option_text("N|NMB|NGB");
   command
       .add_option("--checkpoint", arguments.checkpoint,
                   "keep what was done in FILE from time to time, and on\n"

@@ -115,7 +115,7 @@ Wishes parse(const Arguments& arguments) {
   Request& request = wishes.request;
   if (arguments.bytes) request.max_bytes = parse_bytes("--bytes", *arguments.bytes);
   if (arguments.milliseconds) request.max_milliseconds = parse_number("--milliseconds", *arguments.milliseconds);
-  if (arguments.memory_limit) wishes.memory_limit = parse_bytes("--memory-limit", *arguments.memory_limit);
+  if (arguments.memory_limit) wishes.memory_limit = parse_memory_limit(*arguments.memory_limit);
   request.focus = focus_of(arguments);
   for (const std::string& text : arguments.isovalue)
     request.values.push_back(parse_isovalue("--isovalue", text));
@@ -369,9 +369,9 @@ void add_extract(CLI::App& program) {
       ->option_text("FACTOR");
   command
       ->add_option("--memory-limit", arguments->memory_limit,
-                   "memory that the file may take: 8G, 500M or bytes (as\n"
+                   "memory that the file may take: 8GB, 500MB or bytes (as\n"
                    "much as the machine has). What does not fit in is left out,\nan error but with --salvage")
-      ->option_text("N|NG|NM|Nk");
+      ->option_text("N|NMB|NGB");
   command->add_flag("--errors", arguments->errors,
                     "add for each field a cell array with the error of each\ntet (.vtu and .vtk); reads all of the "
                     "file. NaN where\n--salvage cannot know it");

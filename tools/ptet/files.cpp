@@ -91,6 +91,7 @@ std::string checked_output(const std::string& option, const std::string& path, c
 }
 
 std::shared_ptr<const Dataset> open_dataset(const std::string& path, std::optional<std::uint64_t> memory_limit) {
+  if (!is_ptet_file(path)) throw Error(ErrorCode::kCorruptFile, "this is not a .ptet file");
   OpenOptions options;
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
   if (memory_limit)

@@ -106,6 +106,8 @@ struct Outcome {
 std::uint64_t samples_of(const Arguments& arguments) {
   if (!arguments.samples) return kDefaultSamples;
   if (*arguments.samples == "all") return 0;
+  if (arguments.samples->find_first_not_of("0123456789") != std::string::npos)
+    throw Error(ErrorCode::kBadArgument, "--samples '" + *arguments.samples + "': a whole number is wanted, or all");
   return parse_whole("--samples", *arguments.samples, 1, std::uint64_t{1} << 32);
 }
 
