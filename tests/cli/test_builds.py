@@ -5,6 +5,7 @@ Real meshes are looked for in the folder that PTET_DATA names (default: shared/d
 import math
 import os
 import pathlib
+import resource
 import signal
 import subprocess
 import sys
@@ -58,6 +59,18 @@ class Checkpoints(Case):
                 self.assertEqual(self.files(), ["grid.ptet", "grid.vtu"])
                 self.assertEqual((self.folder / "grid.ptet").read_bytes(), whole)
                 (self.folder / "grid.ptet").unlink()
+
+    def test_a_full_disk_takes_nothing_that_was_kept(self):
+        self.grid(12)
+        self.interrupted()
+        kept = (self.folder / "b.ckpt").read_bytes()
+        full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))}
+        resume = ["build", "grid.vtu", "--checkpoint", "b.ckpt", "--checkpoint-every", "0", "--resume", "-q"]
+        done = self.ptet(*resume, code=6, **full)
+        self.assertIn("what was done before is in 'b.ckpt'", done.stderr)
+        self.assertEqual((self.folder / "b.ckpt").read_bytes(), kept)
+        self.assertEqual(self.files(), ["b.ckpt", "grid.vtu"])
+        self.ptet(*resume)
 
     def test_what_does_not_fit_is_refused(self):
         self.grid(12)

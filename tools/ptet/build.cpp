@@ -278,9 +278,13 @@ void run(const Arguments& arguments) {
     }
   } catch (const Error& error) {
     std::error_code status;
-    if (error.code() != ErrorCode::kCancelled || !std::filesystem::exists(options.checkpoint.path, status)) throw;
-    throw Interrupted("what was done is in '" + *arguments.checkpoint +
-                      "'; the same command goes on from there with --resume");
+    if (options.checkpoint.path.empty() || !std::filesystem::exists(options.checkpoint.path, status)) throw;
+    const std::string how = "'" + *arguments.checkpoint + "'; the same command goes on from there with --resume";
+    if (error.code() == ErrorCode::kCancelled) throw Interrupted("what was done is in " + how);
+    // A full disk, as a rule: hours of work are not lost.
+    if (error.code() == ErrorCode::kIo)
+      throw Error(error.code(), error.what() + ("; what was done before is in " + how));
+    throw;
   }
   outcome.options = std::move(options);
   outcome.build.total_seconds = seconds_since(begin); // reading included: it is what the user waited for
