@@ -60,13 +60,13 @@ struct DatasetInfo {
   std::vector<FieldInfo> fields;
   Point box_min{}; ///< of the original's bounding box, mesh units
   Point box_max{};
-  double diagonal = 0;                 ///< of that box: what relative domain errors refer to
+  double diagonal = 0; ///< of that box: what relative domain errors refer to
   /// The largest of any level, one per governing field, in the order of `fields`: no mesh of the file has a larger one.
   std::vector<double> max_field_error;
-  double max_domain_error = 0; ///< likewise, mesh units
-  std::vector<double> base_rms_error;  ///< of the base mesh, see Extraction::rms_error
-  std::optional<double> base_covered;  ///< likewise, see Extraction::covered
-  std::string provenance_json;         ///< the manifest as JSON text: tool version, options, input name and hash
+  double max_domain_error = 0;        ///< likewise, mesh units
+  std::vector<double> base_rms_error; ///< of the base mesh, see Extraction::rms_error
+  std::optional<double> base_covered; ///< likewise, see Extraction::covered
+  std::string provenance_json;        ///< the manifest as JSON text: tool version, options, input name and hash
 };
 
 /// The largest errors among the tets and boundary faces of a part of the mesh, stated as those of the whole mesh are.

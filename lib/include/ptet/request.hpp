@@ -75,11 +75,11 @@ struct ValuesOfInterest {
 /// What a camera sees, in perspective.
 struct View {
   Point eye{};
-  Point direction{0, 0, -1};   ///< of any length but 0
-  Point up{0, 1, 0};           ///< not parallel to the direction
+  Point direction{0, 0, -1};                   ///< of any length but 0
+  Point up{0, 1, 0};                           ///< not parallel to the direction
   double vertical_angle = 0.52359877559829887; ///< of the whole picture, radians (30 degrees), below pi
-  std::uint32_t width = 1920;  ///< pixels
-  std::uint32_t height = 1080; ///< pixels
+  std::uint32_t width = 1920;                  ///< pixels
+  std::uint32_t height = 1080;                 ///< pixels
   /// Largest domain error, in pixels: as seen from the eye no boundary point in the picture is further from its place.
   double max_pixels = 1;
   /// Outside the picture errors may be so many times those allowed in it; >= 1. Infinity: nothing is asked there.
