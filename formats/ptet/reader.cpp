@@ -309,8 +309,7 @@ Reader::Batch Reader::begin(std::vector<FetchedBlock> blocks, Content& content) 
   Decoding& d = *decoding_;
   if (!d.codec) {
     d.codec.emplace(*d.schema, blocks_, std::size_t{header_.base_vertex_count} + header_.record_count);
-    for (std::uint32_t block = 0; block < blocks_.size(); ++block)
-      d.block_of.insert(d.block_of.end(), blocks_[block].record_count, block);
+    d.block_of = blocks_by_record(blocks_);
   }
   expect(blocks, content);
   auto batching = std::make_unique<Batching>();

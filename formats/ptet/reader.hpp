@@ -69,6 +69,16 @@ struct BlockInfo {
   [[nodiscard]] std::uint32_t end_record() const { return first_record + record_count; }
 };
 
+/// By record, the block that it is in. `blocks`: in order, each with its record_count.
+template <class Blocks>
+[[nodiscard]] std::vector<std::uint32_t> blocks_by_record(const Blocks& blocks) {
+  std::vector<std::uint32_t> block_of;
+  std::uint32_t number = 0;
+  for (const auto& block : blocks)
+    block_of.insert(block_of.end(), block.record_count, number++);
+  return block_of;
+}
+
 /// What has been loaded so far. Rows and records not loaded yet are zero.
 struct Content {
   Refinement refinement;

@@ -56,7 +56,7 @@ void SlotMatch::add_rim(const Refinement& refinement, const FileStars& stars, Re
   if (rim.size() != deleted.size() || refinement.modified(r).size() != stars.modified(r).size()) fail();
   for (const FileStars::Deleted& tet : deleted) {
     const auto is_at = [&](std::size_t i) {
-      const VertexId a = rim[i], b = rim[i + 1 < rim.size() ? i + 1 : 0];
+      const auto [a, b] = rim_edge(rim, i);
       return (a == tet.a && b == tet.b) || (a == tet.b && b == tet.a);
     };
     std::size_t i = 0;

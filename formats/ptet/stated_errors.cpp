@@ -183,9 +183,7 @@ class Judge {
 public:
   Judge(const Verified& verified, const Measurer& measurer, StatedErrors& result, const Violations& violations)
       : content_(*verified.content), reader_(*verified.reader), measurer_(measurer), result_(result),
-        violations_(violations) {
-    for (std::uint32_t b = 0; b < reader_.blocks().size(); ++b)
-      block_of_.insert(block_of_.end(), reader_.blocks()[b].record_count, b);
+        violations_(violations), block_of_(blocks_by_record(reader_.blocks())) {
     for (const ArrayInfo& array : reader_.header().arrays)
       if (array.governing) result.errors.push_back({array.name, 0, 0, 0});
     result.errors.push_back({"domain", 0, 0, 0});

@@ -216,19 +216,12 @@ private:
 
 // ---- records ----
 
-std::vector<std::uint32_t> blocks_by_record(const Reader& reader) {
-  std::vector<std::uint32_t> block_of;
-  for (std::uint32_t b = 0; b < reader.blocks().size(); ++b)
-    block_of.insert(block_of.end(), reader.blocks()[b].record_count, b);
-  return block_of;
-}
-
 /// What the specification says of records and a reader does not check.
 void check_records(const Verified& verified, Teller& tell, std::vector<std::string>& notes) {
   const Reader& reader = *verified.reader;
   const Content& content = *verified.content;
   const std::size_t codes = content.errors_per_record;
-  const auto block_of = blocks_by_record(reader);
+  const auto block_of = blocks_by_record(reader.blocks());
   const auto wrong = [&](std::uint32_t r, const char* what) {
     tell({what, reader.blocks()[block_of[r]].offset, block_of[r], r, {}});
   };
@@ -312,7 +305,7 @@ bool is_of_one_not_flat(const Content& content, const Tet& coarse, RecordId reco
 void check_orientations(Verified& verified, Teller& tell, const ProgressCallback& progress) {
   const Content& content = *verified.content;
   const VersionTable versions(content.refinement);
-  const auto block_of = blocks_by_record(*verified.reader);
+  const auto block_of = blocks_by_record(verified.reader->blocks());
   std::uint64_t flat_originals = 0;
   verified.is_oriented = true;
   versions.each([&](std::uint32_t number, RecordId maker, const Tet& tet) {

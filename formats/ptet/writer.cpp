@@ -104,8 +104,7 @@ void Encoding::order() {
   file_record_.resize(record_count());
   for (std::uint32_t r = 0; r < record_count(); ++r)
     file_record_[order_.stream_record[r]] = r;
-  for (std::uint32_t b = 0; b < order_.blocks.size(); ++b)
-    block_of_.insert(block_of_.end(), order_.blocks[b].record_count, b);
+  block_of_ = blocks_by_record(order_.blocks);
   const auto take = [&](PointArray& array) {
     PointArray in_file = gather(array, order_.mesh_vertex);
     array = {};

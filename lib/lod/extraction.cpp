@@ -117,8 +117,10 @@ private:
       if (last_[places[k].index()] == r.index()) modified(places[k], k);
     const auto rim = refinement_.rim(r);
     const std::uint32_t first = refinement_.rim_place(r);
-    for (std::uint32_t i = 0; i < rim.size(); ++i)
-      if (last_[first + i] == r.index()) added(first + i, rim[i], rim[i + 1 < rim.size() ? i + 1 : 0]);
+    for (std::uint32_t i = 0; i < rim.size(); ++i) {
+      const auto [a, b] = rim_edge(rim, i);
+      if (last_[first + i] == r.index()) added(first + i, a, b);
+    }
   }
 
   void add_left_by(RecordId r) {

@@ -29,10 +29,7 @@ class ByBlock {
 public:
   ByBlock(std::span<const MadeVersion> versions, const std::vector<file::BlockInfo>& blocks)
       : versions_(versions.size()), begin_(blocks.size() + 1, 0) {
-    if (blocks.empty()) return;
-    std::vector<std::uint32_t> block_of(blocks.back().end_record());
-    for (std::uint32_t b = 0; b < blocks.size(); ++b)
-      std::fill_n(block_of.begin() + blocks[b].first_record, blocks[b].record_count, b);
+    const std::vector<std::uint32_t> block_of = file::blocks_by_record(blocks);
     for (const MadeVersion& version : versions)
       ++begin_[block_of[version.maker.index()] + 1];
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());

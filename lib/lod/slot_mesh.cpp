@@ -148,8 +148,7 @@ void SlotMesh::move_places(const std::vector<std::uint32_t>& tet, const std::vec
     if (!refinement.applied(RecordId{r})) continue;
     const std::span<const VertexId> rim = refinement.rim(RecordId{r});
     for (std::size_t i = 0; i < rim.size(); ++i) {
-      const bool is_ghost = rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex;
-      move_slot(slot_of_place_[refinement.rim_place(RecordId{r}) + i], is_ghost ? face : tet);
+      move_slot(slot_of_place_[refinement.rim_place(RecordId{r}) + i], rim_edge(rim, i).is_of_ghost() ? face : tet);
     }
   }
 }
@@ -274,7 +273,7 @@ void SlotMesh::collapse(RecordId r) {
   // Backwards, so that splitting again takes the same slots.
   for (std::size_t i = rim.size(); i-- > 0;) {
     const std::uint32_t slot = slot_of_place_[refinement.rim_place(r) + i];
-    if (rim[i] == kDummyVertex || rim[i + 1 < rim.size() ? i + 1 : 0] == kDummyVertex)
+    if (rim_edge(rim, i).is_of_ghost())
       faces_.release(slot, kNoFace);
     else {
       tets_.release(slot, kNoTet);

@@ -32,8 +32,10 @@ template <class F>
     if (f(Tet{v, a, b, c})) return true;
   }
   const auto rim = refinement.rim(r);
-  for (std::size_t i = 0; i < rim.size(); ++i)
-    if (f(Tet{v, u, rim[i], rim[i + 1 < rim.size() ? i + 1 : 0]})) return true;
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const auto [a, b] = rim_edge(rim, i);
+    if (f(Tet{v, u, a, b})) return true;
+  }
   return false;
 }
 

@@ -446,8 +446,7 @@ std::vector<Tet> Refinement::fine_tets(RecordId r) const {
       const auto found = std::lower_bound(place_in_rim.begin(), place_in_rim.end(), std::pair(a, std::size_t{0}));
       if (found == place_in_rim.end() || found->first != a) continue;
       const std::size_t i = found->second;
-      if (around[i + 1 < around.size() ? i + 1 : 0] == b)
-        tets[modified_count + i] = rim_tet(tets[k], corner, target(r));
+      if (rim_edge(around, i).b == b) tets[modified_count + i] = rim_tet(tets[k], corner, target(r));
     }
   }
   return tets;

@@ -72,6 +72,17 @@ using VersionKinds = std::uint8_t;
 inline constexpr VersionKinds kHasTets = 1;
 inline constexpr VersionKinds kHasGhosts = 2;
 
+/// Two neighbours among the vertices around an edge, see Refinement::rim(): the edge and they are a tet of F(r), or a
+/// ghost.
+struct RimEdge {
+  VertexId a, b;
+  [[nodiscard]] bool is_of_ghost() const { return a == kDummyVertex || b == kDummyVertex; }
+};
+/// The i-th vertex of a rim and the one after it; after the last comes the first.
+[[nodiscard]] inline RimEdge rim_edge(std::span<const VertexId> rim, std::size_t i) {
+  return {rim[i], rim[i + 1 < rim.size() ? i + 1 : 0]};
+}
+
 class Refinement {
 public:
   /// Starts from the base mesh. Vertices 0 .. base_vertex_count-1 are the base's; record r brings vertex
