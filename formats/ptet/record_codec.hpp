@@ -238,7 +238,7 @@ void RecordCodec::code_seeds(Coder& coder, BlockState& state, const Content& con
     seed_places_.push_back(place);
     if constexpr (Known::kWriter) more = seed_places_.size() < known.seeds.size();
     more = coder.bit(schema_.more_seeds, more);
-    if (seed_places_.size() > 4096) fail_record(r, "it has too many seeds");
+    if (seed_places_.size() > Refinement::kMaxRegion) fail_record(r, "it has too many seeds");
   }
 }
 

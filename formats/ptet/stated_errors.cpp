@@ -60,7 +60,8 @@ class Measurer {
 public:
   explicit Measurer(const Verified& verified)
       : content_(*verified.content), versions_(content_.refinement), header_(verified.reader->header()),
-        prepared_(prepare(finest_mesh(content_))), id_(content_.positions.size()), boundary_(triangles_of(prepared_)) {
+        prepared_(prepare(finest_mesh(content_))), id_(content_.positions.size()),
+        boundary_(triangles_of(prepared_.points, prepared_.boundary_faces)) {
     for (std::uint32_t v = 0; v < prepared_.original_vertex.size(); ++v)
       id_[prepared_.original_vertex[v].index()] = VertexId{v};
     for (std::uint32_t a = 0; a < header_.arrays.size(); ++a)
@@ -125,12 +126,6 @@ public:
   [[nodiscard]] double distance_rounding() const { return kDistanceRounding * header_.diagonal; }
 
 private:
-  static std::vector<Triangle> triangles_of(const PreparedMesh& mesh) {
-    std::vector<Triangle> triangles;
-    for (const Face& face : mesh.boundary_faces)
-      triangles.push_back({mesh.points[face[0].index()], mesh.points[face[1].index()], mesh.points[face[2].index()]});
-    return triangles;
-  }
   void add_field(std::uint32_t array) {
     range_.push_back(header_.arrays[array].range > 0 ? header_.arrays[array].range : 1);
     array_.push_back(array);

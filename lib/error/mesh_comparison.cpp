@@ -56,14 +56,6 @@ std::vector<int> signs_of(const ComparedMesh& mesh) {
   return sign;
 }
 
-std::vector<Triangle> triangles_of(std::span<const Point> points, std::span<const Face> faces) {
-  std::vector<Triangle> triangles;
-  triangles.reserve(faces.size());
-  for (const Face& face : faces)
-    triangles.push_back({points[face[0].index()], points[face[1].index()], points[face[2].index()]});
-  return triangles;
-}
-
 } // namespace
 
 /// Compares original tets one after another with what they overlap; one a thread.

@@ -141,6 +141,14 @@ bool is_most_of(const FlatPolygon& part, const FlatPolygon& whole) {
 
 } // namespace
 
+std::vector<Triangle> triangles_of(std::span<const Point> points, std::span<const Face> faces) {
+  std::vector<Triangle> triangles;
+  triangles.reserve(faces.size());
+  for (const auto& [a, b, c] : faces)
+    triangles.push_back({points[a.index()], points[b.index()], points[c.index()]});
+  return triangles;
+}
+
 TriangleSurface::TriangleSurface(const std::vector<Triangle>& triangles)
     : origin_(origin_of(triangles)), tree_(boxes_of(triangles, origin_)), slot_of_(triangles.size()) {
   triangles_.reserve(triangles.size());

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "mesh/box_tree.hpp"
+#include "mesh/predicates.hpp"
 #include "ptet/mesh.hpp"
 #include "ptet/progress.hpp"
 
@@ -30,6 +31,7 @@ struct DistanceBounds {
 };
 
 using Triangle = std::array<Point, 3>;
+[[nodiscard]] std::vector<Triangle> triangles_of(std::span<const Point> points, std::span<const Face> faces);
 
 /// An immutable set of triangles in a tree of bounding boxes. Triangles may be degenerate and need not hang together.
 class TriangleSurface {

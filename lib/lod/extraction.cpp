@@ -2,6 +2,7 @@
 
 #include "lod/mean_errors.hpp"
 #include "lod/part_errors.hpp"
+#include "lod/star.hpp"
 #include "mesh/large_pages.hpp"
 #include "mesh/rows.hpp"
 #include "record/dependency_order.hpp"
@@ -141,10 +142,12 @@ private:
 
   void add(const Tet& tet) {
     const auto at = static_cast<std::uint32_t>(std::find(tet.begin(), tet.end(), kDummyVertex) - tet.begin());
-    if (at == 4)
+    if (at == 4) {
       tets.push_back({row(tet[0]), row(tet[1]), row(tet[2]), row(tet[3])});
-    else // (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside
-      faces.push_back({row(tet[at ^ 1U]), row(tet[at ^ 3U]), row(tet[at ^ 2U])});
+    } else {
+      const auto [a, b, c] = face_of_ghost(tet, at);
+      faces.push_back({row(a), row(b), row(c)});
+    }
   }
 
   const Refinement& refinement_;

@@ -1,6 +1,7 @@
 #include "lod/slot_mesh.hpp"
 
 #include "lod/replace_corner.hpp"
+#include "lod/star.hpp"
 #include "mesh/large_pages.hpp"
 
 #include <algorithm>
@@ -191,9 +192,8 @@ void SlotMesh::show_unused_vertices(bool shown) {
       remove_vertex(v);
 }
 
-// (dummy, a, c, b) is an even permutation of the ghost, so (a, b, c) is seen from outside.
 void SlotMesh::add_ghost(std::uint32_t place, const TetSlots& slots, std::size_t dummy_corner) {
-  slot_of_place_[place] = faces_.take({slots[dummy_corner ^ 1U], slots[dummy_corner ^ 3U], slots[dummy_corner ^ 2U]});
+  slot_of_place_[place] = faces_.take(face_of_ghost(slots, dummy_corner));
 }
 
 void SlotMesh::replace(Place place, std::uint32_t from, std::uint32_t to) {

@@ -49,6 +49,13 @@ template <class F>
   return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
 }
 
+/// The face that a ghost stands for, seen from outside: `dummy` is the corner without a point, and (dummy, a, c, b) an
+/// even permutation of the ghost.
+template <class Id>
+[[nodiscard]] std::array<Id, 3> face_of_ghost(const std::array<Id, 4>& ghost, std::size_t dummy) {
+  return {ghost[dummy ^ 1U], ghost[dummy ^ 3U], ghost[dummy ^ 2U]};
+}
+
 /// The points at the corners of a tet, or of the face that a ghost stands for.
 class Corners {
 public:

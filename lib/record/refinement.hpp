@@ -85,6 +85,8 @@ struct RimEdge {
 
 class Refinement {
 public:
+  static constexpr std::size_t kMaxRegion = 4096; ///< tets that one split may take
+
   /// Starts from the base mesh. Vertices 0 .. base_vertex_count-1 are the base's; record r brings vertex
   /// base_vertex_count + r. The boundary faces of `base_tets` become base ghosts.
   /// Throws Error(kCorruptFile) for ids out of range, a repeated vertex in a tet, a face of more than two tets, two
@@ -231,7 +233,6 @@ public:
 private:
   friend struct RefinementDamage; ///< of the tests: breaks invariants, to see that validate() notices
 
-  static constexpr std::size_t kMaxRegion = 4096;
   static constexpr std::uint32_t kMaxRecords = 1U << 31;
   static constexpr std::uint32_t kMaxLive = 1U << 30;
 
@@ -353,7 +354,7 @@ void Refinement::split(RecordId r, VertexId target, std::span<const std::uint32_
       face.region_size = static_cast<std::uint32_t>(region_.size());
       face.behind = behind;
       if (!joins(static_cast<const GrowthFace&>(face))) continue;
-      if (region_.size() == kMaxRegion) fail(r, "its region has more than 4096 tets");
+      if (region_.size() == kMaxRegion) fail(r, "its region has too many tets");
       join_region(behind);
     }
   }

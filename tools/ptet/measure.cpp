@@ -292,17 +292,11 @@ void measure_fields(const Wishes& wishes, MeasureOutcome& outcome, const Progres
   comparison.add_vertices(outcome.vertices, outcome.outside);
 }
 
-std::vector<Triangle> boundary_triangles(const MeasuredMesh& side) {
-  std::vector<Triangle> triangles;
-  for (const Face& face : side.found.boundary.faces)
-    triangles.push_back(
-        {side.found.points[face[0].index()], side.found.points[face[1].index()], side.found.points[face[2].index()]});
-  return triangles;
-}
-
 void measure_boundaries(const Wishes& wishes, MeasureOutcome& outcome, const ProgressCallback& progress) {
-  const std::vector<Triangle> original = boundary_triangles(outcome.original);
-  const std::vector<Triangle> simplified = boundary_triangles(outcome.simplified);
+  const std::vector<Triangle> original =
+      triangles_of(outcome.original.found.points, outcome.original.found.boundary.faces);
+  const std::vector<Triangle> simplified =
+      triangles_of(outcome.simplified.found.points, outcome.simplified.found.boundary.faces);
   const double negligible = kNegligible * outcome.original.report.diagonal();
   outcome.there = one_sided_hausdorff(original, TriangleSurface(simplified), wishes.tolerance, negligible, progress);
   outcome.back = one_sided_hausdorff(simplified, TriangleSurface(original), wishes.tolerance, negligible, progress);
