@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kLevel = 19;
 /// Between looks: some seconds of work.
-constexpr std::size_t kPart = std::size_t{1} << 22;
+constexpr std::size_t kPackedTogether = std::size_t{1} << 22;
 /// A block of a frame takes 4 bytes at least.
 constexpr std::size_t kLeastBlock = 4;
 
@@ -50,7 +50,7 @@ std::vector<std::byte> frame_of(std::span<const std::byte> raw, std::size_t part
 } // namespace
 
 std::vector<std::byte> packed(std::span<const std::byte> raw, const std::function<void(std::size_t)>& look) {
-  std::vector<std::byte> frame = frame_of(raw, kPart, ZSTD_e_continue, look);
+  std::vector<std::byte> frame = frame_of(raw, kPackedTogether, ZSTD_e_continue, look);
   if (raw.size() > frame.size() * kMaxExpansion) frame = frame_of(raw, kLeastBlock * kMaxExpansion, ZSTD_e_flush, look);
   if (frame.size() < raw.size()) return frame;
   return {raw.begin(), raw.end()};

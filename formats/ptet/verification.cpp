@@ -396,15 +396,17 @@ TetMesh finest_mesh(const Content& content) {
 }
 
 Verified verify(const std::shared_ptr<ByteSource>& source, const Violations& violations,
-                const ProgressCallback& progress) {
+                const ProgressCallback& progress, const Limits& limits) {
   Verified verified;
   Teller tell(violations);
   // The reader lives longer than this call.
   const auto told_by_reader = std::make_shared<Violations>([&tell](const Violation& violation) { tell(violation); });
+  OpenOptions options;
+  options.limits = limits;
   go_on(progress, "reading", 0, 0);
   try {
     verified.reader = std::make_unique<Reader>(
-        source, OpenOptions{}, [told_by_reader](const Violation& violation) { (*told_by_reader)(violation); });
+        source, options, [told_by_reader](const Violation& violation) { (*told_by_reader)(violation); });
   } catch (const Error& error) {
     rethrow_unless_corrupt(error);
     tell(violation_of(error));

@@ -33,10 +33,11 @@ struct Verified {
   [[nodiscard]] bool is_whole() const { return content && decoded.size() == reader->blocks().size(); }
 };
 
-/// Looks at everything; tells each violation once, in the order of the list above.
-/// Throws Error: kIo, kLimit, kCancelled. Cost: that of loading all, and of one exact predicate a version.
+/// Looks at everything; tells each violation once, in the order of the list above. `limits`: of what is loaded, which
+/// is all of the file. Throws Error: kIo, kLimit, kCancelled. Cost: that of loading all, and of one exact predicate a
+/// version.
 [[nodiscard]] Verified verify(const std::shared_ptr<ByteSource>& source, const Violations& violations,
-                              const ProgressCallback& progress = {});
+                              const ProgressCallback& progress = {}, const Limits& limits = {});
 
 /// The mesh of all that is finest in `content`, vertices in the file's order.
 [[nodiscard]] TetMesh finest_mesh(const Content& content);

@@ -90,15 +90,19 @@ std::string checked_output(const std::string& option, const std::string& path, c
   return target.string();
 }
 
+Limits machine_limits() {
+  Limits limits;
+  const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+  if (pages > 0 && page > 0)
+    limits.max_bytes = std::max(limits.max_bytes, static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page));
+  return limits;
+}
+
 std::shared_ptr<const Dataset> open_dataset(const std::string& path, std::optional<std::uint64_t> memory_limit) {
   if (!is_ptet_file(path)) throw Error(ErrorCode::kCorruptFile, "this is not a .ptet file");
   OpenOptions options;
-  const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-  if (memory_limit)
-    options.limits.max_bytes = *memory_limit;
-  else if (pages > 0 && page > 0)
-    options.limits.max_bytes =
-        std::max(options.limits.max_bytes, static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page));
+  options.limits = machine_limits();
+  if (memory_limit) options.limits.max_bytes = *memory_limit;
   return Dataset::open(path, options);
 }
 

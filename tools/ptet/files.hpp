@@ -28,8 +28,11 @@ namespace ptet::cli {
 /// missing or not writable; kBadArgument when it is the file `input`.
 [[nodiscard]] std::string checked_output(const std::string& option, const std::string& path, const std::string& input);
 
-/// Opens a .ptet file. It may take `memory_limit` bytes, or without one as many as the machine has, and no less than
-/// any program may (Limits). Throws what Dataset::open throws.
+/// Of a .ptet file where the user sets no limit: it may take as much memory as the machine has, and no less than
+/// without being told.
+[[nodiscard]] Limits machine_limits();
+/// Opens a .ptet file. It may take `memory_limit` bytes, or without one what machine_limits() says. Throws what
+/// Dataset::open throws.
 [[nodiscard]] std::shared_ptr<const Dataset> open_dataset(const std::string& path,
                                                           std::optional<std::uint64_t> memory_limit = {});
 

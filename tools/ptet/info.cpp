@@ -163,7 +163,9 @@ struct Level {
 };
 
 std::vector<Level> levels_of(const std::string& path, std::uint64_t base_vertices) {
-  file::Reader reader(file::open_file(path));
+  OpenOptions options;
+  options.limits = machine_limits();
+  file::Reader reader(file::open_file(path), options);
   file::Content content = reader.read_base();
   std::vector<std::uint32_t> blocks(reader.blocks().size());
   std::iota(blocks.begin(), blocks.end(), 0U);

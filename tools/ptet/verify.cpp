@@ -114,7 +114,8 @@ std::uint64_t samples_of(const Arguments& arguments) {
 /// Everything that can be known from the file alone.
 file::Verified check_file(const Arguments& arguments, std::uint64_t samples, const ProgressCallback& progress,
                           Outcome& outcome) {
-  file::Verified verified = file::verify(file::open_file(arguments.input), outcome.teller(), progress);
+  file::Verified verified =
+      file::verify(file::open_file(arguments.input), outcome.teller(), progress, machine_limits());
   outcome.notes = verified.notes;
   if (verified.reader) outcome.blocks = verified.reader->blocks().size();
   outcome.decoded_blocks = verified.decoded.size();
