@@ -111,7 +111,7 @@ const uint32_t* ptet_session_made_by(const ptet_session* session, uint64_t* slot
 }
 
 const uint32_t* ptet_session_vertices_in_file(const ptet_session* session, uint64_t* slots) {
-  return session == nullptr ? no_rows(slots) : rows_of(session->session.vertices(), slots);
+  return session == nullptr ? no_rows(slots) : rows_of(session->session.vertex_in_file(), slots);
 }
 
 ptet_status ptet_session_get_positions(const ptet_session* session, ptet_array* positions, ptet_error** error) {

@@ -280,7 +280,7 @@ std::span<const std::array<std::uint32_t, 4>> Session::tets() const {
 std::span<const std::array<std::uint32_t, 3>> Session::boundary_faces() const {
   return impl_->mesh() ? impl_->mesh()->boundary_faces() : std::span<const std::array<std::uint32_t, 3>>();
 }
-std::span<const VertexId> Session::vertices() const {
+std::span<const VertexId> Session::vertex_in_file() const {
   return impl_->mesh() ? impl_->mesh()->vertices() : std::span<const VertexId>();
 }
 std::span<const RecordId> Session::made_by() const {

@@ -112,7 +112,7 @@ std::vector<Tet> tets_of(const Session& session) {
     if (slots[0] == Session::kUnused) continue;
     Tet tet;
     for (std::size_t i = 0; i < 4; ++i)
-      tet[i] = session.vertices()[slots[i]];
+      tet[i] = session.vertex_in_file()[slots[i]];
     tets.push_back(test::sorted_keeping_orientation(tet));
   }
   std::sort(tets.begin(), tets.end());

@@ -201,7 +201,7 @@ TEST_CASE("slots are given back where hardly any are used, and stay otherwise") 
       request.origins = max_tets != tets / 2;
       if (without_time) request.max_milliseconds = 0;
       const std::size_t slots_before = session.tets().size();
-      const std::vector<VertexId> before(session.vertices().begin(), session.vertices().end());
+      const std::vector<VertexId> before(session.vertex_in_file().begin(), session.vertex_in_file().end());
       const SessionUpdate& update = session.update(request);
       INFO("max_tets " << max_tets << ", " << slots_before << " slots before");
       if (without_time)
@@ -214,7 +214,7 @@ TEST_CASE("slots are given back where hardly any are used, and stay otherwise") 
         CHECK(update.complete);
         CHECK(session.tets().size() == update.tets);
         CHECK(session.boundary_faces().size() == update.boundary_faces);
-        CHECK(session.vertices().size() == update.vertices);
+        CHECK(session.vertex_in_file().size() == update.vertices);
         CHECK(session.positions().size() == update.vertices);
         CHECK(update.changed_tets.size() == update.tets);
         CHECK(slots_before > 4096);
@@ -224,8 +224,8 @@ TEST_CASE("slots are given back where hardly any are used, and stay otherwise") 
       }
       if (update.complete) CHECK((slots_before <= 4096 || 4 * update.tets >= slots_before));
       std::map<VertexId, std::uint32_t> slot_of;
-      for (std::uint32_t slot = 0; slot < session.vertices().size(); ++slot)
-        if (!session.vertices()[slot].is_none()) slot_of[session.vertices()[slot]] = slot;
+      for (std::uint32_t slot = 0; slot < session.vertex_in_file().size(); ++slot)
+        if (!session.vertex_in_file()[slot].is_none()) slot_of[session.vertex_in_file()[slot]] = slot;
       bool stayed = session.tets().size() >= slots_before;
       for (std::uint32_t slot = 0; slot < before.size(); ++slot)
         if (const auto now = slot_of.find(before[slot]); now != slot_of.end()) stayed = stayed && now->second == slot;

@@ -182,7 +182,7 @@ void check_sound(const Extraction& extraction, const LoadingSample& s) {
 std::size_t check_origins(const Session& session) {
   const LoadingSample& s = sample();
   std::vector<char> is_there(s.mesh.vertex_count(), 0), applied;
-  for (const VertexId v : session.vertices())
+  for (const VertexId v : session.vertex_in_file())
     if (!v.is_none()) is_there[s.to_original.at(v.index()).index()] = 1;
   for (const VertexId v : s.stream.removed)
     applied.push_back(is_there[v.index()]);
@@ -195,7 +195,7 @@ std::size_t check_origins(const Session& session) {
     if (session.tets()[slot][0] == Session::kUnused) continue;
     Tet tet;
     for (std::size_t i = 0; i < 4; ++i)
-      tet[i] = s.to_original.at(session.vertices()[session.tets()[slot][i]].index());
+      tet[i] = s.to_original.at(session.vertex_in_file()[session.tets()[slot][i]].index());
     const std::size_t expected = maker.at(sorted_keeping_orientation(tet));
     const RecordId found = session.made_by()[slot];
     ++checked;

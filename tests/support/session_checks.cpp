@@ -22,7 +22,7 @@ template <std::size_t Corners>
 std::array<VertexId, Corners> named(const Session& session, const std::array<std::uint32_t, Corners>& row) {
   std::array<VertexId, Corners> ids;
   for (std::size_t i = 0; i < Corners; ++i)
-    if (row[i] < session.vertices().size()) ids[i] = session.vertices()[row[i]];
+    if (row[i] < session.vertex_in_file().size()) ids[i] = session.vertex_in_file()[row[i]];
   return ids;
 }
 
@@ -71,8 +71,8 @@ bool same_row(const PointArray& a, std::size_t row_a, const PointArray& b, std::
 
 std::string differing_vertices(const Session& session, const Extraction& fresh) {
   std::vector<std::pair<VertexId, std::uint32_t>> slots;
-  for (std::uint32_t slot = 0; slot < session.vertices().size(); ++slot)
-    if (!session.vertices()[slot].is_none()) slots.emplace_back(session.vertices()[slot], slot);
+  for (std::uint32_t slot = 0; slot < session.vertex_in_file().size(); ++slot)
+    if (!session.vertex_in_file()[slot].is_none()) slots.emplace_back(session.vertex_in_file()[slot], slot);
   std::sort(slots.begin(), slots.end());
   if (slots.size() != fresh.vertex_in_file.size()) return "number of vertices";
   for (std::size_t v = 0; v < slots.size(); ++v) {
@@ -184,7 +184,7 @@ std::string differing_origin(const Session& session) {
 void SlotCopy::follow(const Session& session, const SessionUpdate& update) {
   take(tets_, session.tets(), update.changed_tets, {kUnused, kUnused, kUnused, kUnused});
   take(faces_, session.boundary_faces(), update.changed_faces, {kUnused, kUnused, kUnused});
-  take(vertices_, session.vertices(), update.changed_vertices, VertexId{});
+  take(vertices_, session.vertex_in_file(), update.changed_vertices, VertexId{});
   take(made_by_, session.made_by(), session.made_by().empty() ? std::span<const std::uint32_t>() : update.changed_tets,
        RecordId{});
 }
@@ -196,7 +196,7 @@ std::string SlotCopy::difference(const Session& session) const {
   if (!same_slots(tets_, session.tets())) return "a tet changed and was not told";
   if (!same_slots(made_by_, session.made_by())) return "another record made a tet and it was not told";
   if (!same_slots(faces_, session.boundary_faces())) return "a boundary face changed and was not told";
-  if (!same_slots(vertices_, session.vertices())) return "a vertex changed and was not told";
+  if (!same_slots(vertices_, session.vertex_in_file())) return "a vertex changed and was not told";
   return {};
 }
 

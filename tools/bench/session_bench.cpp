@@ -54,8 +54,8 @@ public:
   explicit Path(const Session& session) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       std::vector<double> x;
-      for (std::uint32_t slot = 0; slot < session.vertices().size(); ++slot)
-        if (!session.vertices()[slot].is_none())
+      for (std::uint32_t slot = 0; slot < session.vertex_in_file().size(); ++slot)
+        if (!session.vertex_in_file()[slot].is_none())
           x.push_back(session.positions().value(slot, static_cast<unsigned>(axis)));
       std::sort(x.begin(), x.end());
       middle_[axis] = x[x.size() / 2];

@@ -32,7 +32,7 @@ void ShownMesh::set_row(Column& column, std::span<const PointArray> arrays, std:
 }
 
 void ShownMesh::follow(const Session& session, const SessionUpdate& update) {
-  const std::span<const VertexId> vertices = session.vertices();
+  const std::span<const VertexId> vertices = session.vertex_in_file();
   positions_.resize(vertices.size());
   for (const std::uint32_t slot : update.changed_vertices)
     if (!vertices[slot].is_none()) positions_[slot] = placement_.drawn(point_of(session.positions(), slot));

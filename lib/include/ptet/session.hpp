@@ -91,8 +91,8 @@ public:
   [[nodiscard]] std::span<const RecordId> made_by() const;
   /// Vertex slots of the corners; oriented outward.
   [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> boundary_faces() const;
-  /// Ids in the file, as Extraction::vertex_in_file.
-  [[nodiscard]] std::span<const VertexId> vertices() const;
+  /// For each vertex slot its id in the file, as Extraction::vertex_in_file; none for unused slots.
+  [[nodiscard]] std::span<const VertexId> vertex_in_file() const;
   /// A row for each vertex slot; rows of unused slots mean nothing.
   [[nodiscard]] const PointArray& positions() const;
   [[nodiscard]] std::span<const PointArray> point_arrays() const;

@@ -35,7 +35,7 @@ struct Rows {
 };
 
 Rows rows_of(const Session& session, std::uint64_t vertices_in_file) {
-  const auto vertices = session.vertices();
+  const auto vertices = session.vertex_in_file();
   std::vector<std::uint32_t> slot_of(vertices_in_file, Session::kUnused);
   for (std::uint32_t slot = 0; slot < vertices.size(); ++slot)
     if (!vertices[slot].is_none()) slot_of[vertices[slot].index()] = slot;
@@ -140,7 +140,7 @@ void fill_mesh(vtkUnstructuredGrid& grid, const Session& session, const DatasetI
   ids->SetName("vertex in file");
   ids->SetNumberOfValues(static_cast<vtkIdType>(rows.slots.size()));
   for (std::size_t i = 0; i < rows.slots.size(); ++i)
-    ids->SetValue(static_cast<vtkIdType>(i), session.vertices()[rows.slots[i]].index());
+    ids->SetValue(static_cast<vtkIdType>(i), session.vertex_in_file()[rows.slots[i]].index());
   grid.GetPointData()->SetGlobalIds(ids);
 }
 

@@ -58,7 +58,8 @@ public:
 
   /// How many there are of tets, boundary faces, vertices.
   [[nodiscard]] py::tuple slots() const {
-    return py::make_tuple(session_->tets().size(), session_->boundary_faces().size(), session_->vertices().size());
+    return py::make_tuple(session_->tets().size(), session_->boundary_faces().size(),
+                          session_->vertex_in_file().size());
   }
   [[nodiscard]] py::array tets(const std::optional<Slots>& slots) const { return rows(session_->tets(), 4, slots); }
   [[nodiscard]] bool has_origins() const { return !session_->made_by().empty(); }
@@ -70,7 +71,7 @@ public:
     return rows(session_->boundary_faces(), 3, slots);
   }
   [[nodiscard]] py::array vertices(const std::optional<Slots>& slots) const {
-    return rows(session_->vertices(), 0, slots);
+    return rows(session_->vertex_in_file(), 0, slots);
   }
   [[nodiscard]] py::array points(const std::optional<Slots>& slots) const { return rows(session_->positions(), slots); }
   [[nodiscard]] py::array field(std::size_t number, const std::optional<Slots>& slots) const {

@@ -258,7 +258,7 @@ private:
   /// Over the vertices in use.
   [[nodiscard]] val range_of(std::span<const double> values) const {
     double least = std::numeric_limits<double>::infinity(), greatest = -least;
-    const auto vertices = session_->vertices();
+    const auto vertices = session_->vertex_in_file();
     for (std::size_t v = 0; v < vertices.size(); ++v) {
       if (vertices[v].is_none() || !std::isfinite(values[v])) continue;
       least = std::min(least, values[v]);
