@@ -30,17 +30,16 @@ std::vector<char> used_vertices(const RecordStream& records, std::size_t vertex_
   return used;
 }
 
-void find_box(const PointArray& positions, const std::vector<char>& used, FileOrder& order) {
+/// Nothing but zeros where no vertex is used.
+BoundingBox box_of_used(const PointArray& positions, const std::vector<char>& used) {
+  BoundingBox box;
   bool any = false;
   for (std::uint32_t v = 0; v < used.size(); ++v) {
     if (used[v] == 0) continue;
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const double at = positions.value(v, axis);
-      order.box_min[axis] = any ? std::min(order.box_min[axis], at) : at;
-      order.box_max[axis] = any ? std::max(order.box_max[axis], at) : at;
-    }
+    box.add({positions.value(v, 0), positions.value(v, 1), positions.value(v, 2)});
     any = true;
   }
+  return any ? box : BoundingBox{{}, {}};
 }
 
 void order_base(const RecordStream& records, const std::vector<std::uint64_t>& codes, const std::vector<char>& used,
@@ -164,7 +163,8 @@ std::vector<std::vector<Records>> pieces_of_levels(const CellTree& tree, const s
 
 } // namespace
 
-std::vector<std::uint64_t> morton_codes(const PointArray& positions, const Point& least, const Point& greatest) {
+std::vector<std::uint64_t> morton_codes(const PointArray& positions, const BoundingBox& box) {
+  const auto& [least, greatest] = box;
   const std::size_t count = positions.size();
   const double size = std::max({greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]});
   std::vector<std::uint64_t> codes(count);
@@ -182,8 +182,8 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const Str
                      std::uint32_t records_per_block) {
   FileOrder order;
   const std::vector<char> used = used_vertices(records, mesh.vertex_count());
-  find_box(mesh.positions, used, order);
-  const auto codes = morton_codes(mesh.positions, order.box_min, order.box_max);
+  order.box = box_of_used(mesh.positions, used);
+  const auto codes = morton_codes(mesh.positions, order.box);
   order_base(records, codes, used, order);
   const auto generation = generations_of(records, parents);
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };

@@ -3,6 +3,7 @@
 // PTET.md, "Order".
 #pragma once
 
+#include "mesh/box_tree.hpp"
 #include "ptet/mesh.hpp"
 #include "record/parents.hpp"
 #include "record/stream.hpp"
@@ -18,8 +19,7 @@ struct BlockRange {
 };
 
 struct FileOrder {
-  Point box_min{}; ///< of the vertices that tets use
-  Point box_max{};
+  BoundingBox box; ///< of the vertices that tets use
   std::uint32_t base_vertex_count = 0;
   std::vector<VertexId> mesh_vertex;        ///< by file vertex: base (used ones first), then one for each record
   std::vector<VertexId> file_vertex;        ///< by mesh vertex
@@ -30,18 +30,7 @@ struct FileOrder {
 
 /// Places of vertices along a Morton curve through the cube that begins where the box does, as PTET.md says it ("In a
 /// block"). `positions`: n x 3; what is outside of it, or not finite, is in the first or last cell.
-[[nodiscard]] std::vector<std::uint64_t> morton_codes(const PointArray& positions, const Point& box_min,
-                                                      const Point& box_max);
-
-/// The first record of a block, from `first` up to `end`, whose code is less than that of the one before, where both
-/// are of one generation; `end` where there is none.
-template <class Generation, class Code>
-[[nodiscard]] std::uint32_t first_out_of_order(std::uint32_t first, std::uint32_t end, Generation&& generation,
-                                               Code&& code) {
-  for (std::uint32_t r = first + 1; r < end; ++r)
-    if (generation(r - 1) == generation(r) && code(r - 1) > code(r)) return r;
-  return end;
-}
+[[nodiscard]] std::vector<std::uint64_t> morton_codes(const PointArray& positions, const BoundingBox& box);
 
 /// Calls `visit` with each stream record that must be split before `record`: those that consumed what it made, and the
 /// others it needs. May repeat one. `parents`: of the same stream.

@@ -31,17 +31,18 @@ std::vector<std::byte> frame_of(std::span<const std::byte> raw, std::size_t part
   check(ZSTD_CCtx_setPledgedSrcSize(context.get(), raw.size()));
   std::vector<std::byte> frame(ZSTD_compressBound(raw.size()) + kLeastBlock * (raw.size() / part + 1));
   ZSTD_outBuffer out{frame.data(), frame.size(), 0};
-  for (std::size_t begin = 0; begin < raw.size() || begin == 0; begin += part) {
+  bool is_last = false;
+  for (std::size_t begin = 0; !is_last; begin += part) {
     const auto bytes = raw.subspan(begin, std::min(part, raw.size() - begin));
+    is_last = begin + bytes.size() == raw.size();
+    const ZSTD_EndDirective end = is_last ? ZSTD_e_end : after_part;
     ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
-    const bool is_last = begin + bytes.size() == raw.size();
-    std::size_t left = 1;
-    while (is_last || after_part == ZSTD_e_flush ? left > 0 : in.pos < in.size) {
-      left = ZSTD_compressStream2(context.get(), &out, &in, is_last ? ZSTD_e_end : after_part);
+    std::size_t left = 0;
+    do {
+      left = ZSTD_compressStream2(context.get(), &out, &in, end);
       check(left);
-    }
+    } while (in.pos < in.size || (end != ZSTD_e_continue && left > 0));
     look(begin + bytes.size());
-    if (is_last) break;
   }
   frame.resize(out.pos);
   return frame;

@@ -261,14 +261,15 @@ void check_records(const Verified& verified, Teller& tell, std::vector<std::stri
 /// Tells of one record a block: where one is out of place, others are.
 void check_order(const Verified& verified, const BoundingBox& box, Teller& tell) {
   const Content& content = *verified.content;
-  const auto codes = morton_codes(content.positions, box.low, box.high);
+  const auto codes = morton_codes(content.positions, box);
   const auto code_of = [&](std::uint32_t r) { return codes[content.refinement.vertex_of(RecordId{r}).index()]; };
   for (const std::uint32_t b : verified.decoded) {
     const BlockInfo& block = verified.reader->blocks()[b];
-    const auto generation = [&](std::uint32_t r) { return content.generation[r]; };
-    const std::uint32_t r = first_out_of_order(block.first_record, block.end_record(), generation, code_of);
-    if (r != block.end_record())
+    for (std::uint32_t r = block.first_record + 1; r < block.end_record(); ++r) {
+      if (content.generation[r - 1] != content.generation[r] || code_of(r - 1) <= code_of(r)) continue;
       tell({"the records of one generation in a block are not in Morton order", block.offset, b, r, {}});
+      break;
+    }
   }
 }
 

@@ -126,8 +126,8 @@ void Encoding::describe() {
   header.volume = records_.volume;
   header.has_squared_errors = records_.has_squared_errors();
   header.overlaps_itself = records_.overlaps_itself;
-  header.box_min = order_.box_min;
-  header.box_max = order_.box_max;
+  header.box_min = order_.box.low;
+  header.box_max = order_.box.high;
   const auto digits_of = [](const PointArray& array) {
     DecimalDigits digits;
     for (std::uint32_t c = 0; c < array.components; ++c) {

@@ -18,8 +18,9 @@ namespace ptet::comparison {
 inline constexpr std::size_t kBlock = 256;
 inline constexpr std::size_t kBlocksBetweenReports = 64;
 
-/// The same for work that adds to a Part of its own, which begins as a copy of `none`: calls `work(part, begin, end)`,
-/// then `take(part)` in the order of the blocks. Few parts are there at a time, however many items there are.
+/// Calls `work(part, begin, end)` for all blocks of `count` items, in parallel, each with a Part of its own that begins
+/// as a copy of `none`; then `take(part)`, in the order of the blocks. Reports in between. Few parts are there at a
+/// time, however many items there are.
 template <class Part, class Work, class Take>
 void for_each_part(std::size_t count, const char* stage, const ProgressCallback& progress, const Part& none,
                    Work&& work, Take&& take) {
@@ -37,7 +38,7 @@ void for_each_part(std::size_t count, const char* stage, const ProgressCallback&
   }
 }
 
-/// Calls `work(begin, end)` for all blocks of `count` items, in parallel, with reports in between.
+/// The same for work that leaves no part: `work(begin, end)`.
 template <class Work>
 void for_each_block(std::size_t count, const char* stage, const ProgressCallback& progress, Work&& work) {
   for_each_part(

@@ -44,10 +44,10 @@ public:
     if (request_.origins) read_origins(lock);
     cut_.count = static_cast<std::uint32_t>(std::count(cut_.applied.begin(), cut_.applied.end(), 1));
     const bool is_whole = cut_.count == cut_.applied.size();
-    cut_.limited_by = is_whole && !stopped_by_budget_ ? LimitedBy::kNothing
-                      : is_time_up_ && !is_whole      ? LimitedBy::kTime
-                      : stopped_by_budget_            ? LimitedBy::kBudget
-                                                      : request_.when_met;
+    cut_.limited_by = is_time_up_ && !is_whole ? LimitedBy::kTime
+                      : stopped_by_budget_     ? LimitedBy::kBudget
+                      : is_whole               ? LimitedBy::kNothing
+                                               : request_.when_met;
     return {std::move(cut_), std::move(lock)};
   }
 

@@ -100,7 +100,7 @@ public:
     }
     Extraction extraction = extract_cut(
         hierarchy_, {applied_, applied_count_, cut_->read(), cut_->missing(), result_.limited_by}, request_);
-    extraction.complete = is_all_there_;
+    extraction.complete = is_all_there();
     extraction.failures = failures_;
     extraction.bytes_read = hierarchy_.bytes_read();
     extraction.read_requests = hierarchy_.read_requests();
@@ -118,6 +118,9 @@ private:
     return loader.revision() == revision_ && loader.holds(cut_->read());
   }
 
+  /// Whether no block is missing that the request depends on.
+  [[nodiscard]] bool is_all_there() const { return std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0; }
+
   // From the base mesh, like a new session.
   void start_over() {
     const auto lock = hierarchy_.lock();
@@ -129,7 +132,6 @@ private:
     applied_count_ = 0;
     result_ = {};
     result_.limited_by = applied_.empty() ? LimitedBy::kNothing : LimitedBy::kError; // nothing is asked of it yet
-    is_all_there_ = true;
     is_told_ = false;
   }
 
@@ -233,12 +235,11 @@ private:
     result_.covered = errors_->covered();
     result_.domain_error = errors_->domain_error();
     failures_.clear();
-    is_all_there_ = std::count(cut_->missing().begin(), cut_->missing().end(), 1) == 0;
     result_.limited_by = !result_.complete                   ? LimitedBy::kTime
                          : cut_->is_stopped_by_budget()      ? LimitedBy::kBudget
                          : applied_count_ == applied_.size() ? LimitedBy::kNothing
                                                              : request_.when_met;
-    if (is_all_there_) return;
+    if (is_all_there()) return;
     Loader::Shortfall shortfall = hierarchy_.loader().explain(cut_->missing());
     if (result_.complete) result_.limited_by = shortfall.limited_by;
     result_.complete = false;
@@ -259,7 +260,6 @@ private:
   std::uint32_t applied_count_ = 0;
   SessionUpdate result_;
   std::vector<BlockFailure> failures_;
-  bool is_all_there_ = true; ///< no block that the request depends on is missing
   BlockSet pinned_;
   bool is_told_ = false;
   std::vector<std::uint32_t> collapses_, splits_;

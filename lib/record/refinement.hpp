@@ -244,7 +244,6 @@ private:
     std::array<std::uint32_t, 4> neighbour{kNoPlace, kNoPlace, kNoPlace, kNoPlace};
     std::uint32_t split = 0; ///< the last split whose region it was in
   };
-  [[nodiscard]] std::vector<char> places_with_maker() const;
   struct RegionTet {
     std::uint32_t place;
     std::uint32_t u_corner;
@@ -280,6 +279,7 @@ private:
   void settle_places();
   void settle_links();
   void settle_parents();
+  [[nodiscard]] std::vector<char> places_with_maker() const;
   [[noreturn]] static void fail(RecordId r, const char* what);
 
   [[nodiscard]] VertexMark& mark_of(VertexId v) { return marks_[v == kDummyVertex ? marks_.size() - 1 : v.index()]; }

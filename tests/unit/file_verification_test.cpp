@@ -2,7 +2,6 @@
 // several ways at once, and errors that are not true.
 #include "build/builder.hpp"
 #include "build/certify.hpp"
-#include "formats/ptet/ordering.hpp"
 #include "formats/ptet/stated_errors.hpp"
 #include "formats/ptet/verification.hpp"
 #include "formats/ptet/writer.hpp"
@@ -14,6 +13,8 @@
 #include "support/stream_extras.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
 #include <functional>
 #include <numeric>
@@ -263,22 +264,85 @@ TEST_CASE("verification: a volume that is not that of the mesh") {
 }
 
 TEST_CASE("verification: records that are not in Morton order") {
-  const std::vector<std::uint32_t> generation{0, 0, 0, 1, 1, 2};
-  std::vector<std::uint64_t> code{5, 5, 9, 2, 7, 1};
-  const auto found = [&](std::uint32_t first, std::uint32_t end) {
-    return file::first_out_of_order(
-        first, end, [&](std::uint32_t r) { return generation[r]; }, [&](std::uint32_t r) { return code[r]; });
-  };
-  CHECK(found(0, 6) == 6);
-  CHECK(found(2, 2) == 2);
-  code[4] = 1;
-  CHECK(found(0, 6) == 4);
-  CHECK(found(0, 4) == 4); // the end of that block
-  CHECK(found(4, 6) == 6); // nothing is before the first
-  code[1] = 4;
-  CHECK(found(0, 6) == 1);
+  TetMesh mesh = grid({{6, 6, 6}, {}, 2, 1});
+  const auto grid_vertices = static_cast<std::uint32_t>(mesh.vertex_count());
+  mesh.positions.resize(grid_vertices + 4);
+  for (PointArray& array : mesh.point_arrays)
+    array.resize(grid_vertices + 4);
+  const std::array<std::array<float, 3>, 4> alone{{{100, 0, 0}, {120, 0, 0}, {100, 16, 0}, {100, 0, 16}}};
+  std::memcpy(mesh.positions.bytes.data() + grid_vertices * mesh.positions.row_bytes(), alone.data(), sizeof alone);
+  mesh.tets.push_back(
+      {VertexId{grid_vertices}, VertexId{grid_vertices + 1}, VertexId{grid_vertices + 2}, VertexId{grid_vertices + 3}});
+  const Bytes good = file::encode(mesh, simplify_naively(mesh), kExactManifest);
+  CHECK(verify(good).empty());
 
-  // Places are told in the box of the vertices that tets use, wherever others are.
+  // The outermost vertex, of a tet that no record touches, goes away along x, and with it the cells of all others.
+  FileParts parts(good);
+  const auto count = get<std::uint32_t>(parts.header, 16);
+  Bytes& base = parts.of(file::SectionKind::kBase);
+  std::vector<std::uint32_t> rank(count); // of x; stored as differences, in planes of bytes
+  for (std::size_t row = 0; row < count; ++row)
+    for (std::size_t plane = 0; plane < 4; ++plane)
+      rank[row] += static_cast<std::uint32_t>(base[plane * count + row]) << (8 * plane);
+  std::partial_sum(rank.begin(), rank.end(), rank.begin());
+  const auto rank_of = [](float x) { return std::bit_cast<std::uint32_t>(x) | 0x80000000U; }; // of what is not negative
+  const auto outermost = std::max_element(rank.begin(), rank.end());
+  REQUIRE(*outermost == rank_of(120));
+  *outermost = rank_of(300);
+  std::adjacent_difference(rank.begin(), rank.end(), rank.begin());
+  for (std::size_t row = 0; row < count; ++row)
+    for (std::size_t plane = 0; plane < 4; ++plane)
+      base[plane * count + row] = static_cast<std::byte>(rank[row] >> (8 * plane));
+  const Bytes bad = parts.join();
+
+  // Which records are out of place, bit by bit.
+  file::Reader reader(file::over_memory(bad));
+  file::Content content = reader.read_base();
+  std::vector<std::uint32_t> all(reader.blocks().size());
+  std::iota(all.begin(), all.end(), 0U);
+  reader.load(all, content);
+  Point least = mesh.position(VertexId{0}), greatest = least;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      least[axis] = std::min(least[axis], content.positions.value(v, axis));
+      greatest[axis] = std::max(greatest[axis], content.positions.value(v, axis));
+    }
+  }
+  REQUIRE(greatest[0] == 300);
+  const auto code_of = [&](std::uint32_t record) {
+    std::uint64_t code = 0;
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const double from_least = content.positions.value(count + record, axis) - least[axis];
+      const auto cell = static_cast<std::uint64_t>(from_least / (greatest[0] - least[0]) * 0x1FFFFF);
+      for (unsigned bit = 0; bit < 21; ++bit)
+        code += (cell >> bit & 1) << (3 * bit + axis);
+    }
+    return code;
+  };
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> out_of_place; // block, its first such record
+  for (std::uint32_t b = 0; b < all.size(); ++b) {
+    const file::BlockInfo& block = reader.blocks()[b];
+    for (std::uint32_t r = block.first_record + block.record_count - 1; r > block.first_record; --r) {
+      if (content.generation[r] != content.generation[r - 1] || code_of(r) >= code_of(r - 1)) continue;
+      if (!out_of_place.empty() && out_of_place.back().first == b) out_of_place.pop_back();
+      out_of_place.emplace_back(b, r);
+    }
+  }
+  REQUIRE(!out_of_place.empty());
+  Found found = verify(bad);
+  INFO(list_of(found));
+  for (const char* const other : {"bounding box of the header", "diagonal of the header"})
+    CHECK(std::erase_if(found, [&](const auto& of) { return of.what.find(other) != std::string::npos; }) == 1);
+  REQUIRE(found.size() == out_of_place.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    CHECK(find({found[i]}, "not in Morton order") != nullptr);
+    CHECK(std::pair(found[i].block, found[i].record) ==
+          std::pair(std::optional(out_of_place[i].first), std::optional(out_of_place[i].second)));
+    CHECK(found[i].offset == reader.blocks()[out_of_place[i].first].offset);
+  }
+}
+
+TEST_CASE("verification: a point of no tet, wherever it is, does not change the order of the records") {
   TetMesh mesh = grid({{6, 6, 6}, {}, 2, 1});
   const std::size_t used = mesh.vertex_count();
   mesh.positions.resize(used + 1);
