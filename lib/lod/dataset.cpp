@@ -68,7 +68,12 @@ const char* name_of(LimitedBy limit) {
 }
 
 Dataset::Dataset(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Dataset::~Dataset() = default;
+
+// The last reference may go within a read of the source, as where a collector of garbage runs in it.
+Dataset::~Dataset() {
+  Loader& loader = impl_->hierarchy.loader();
+  if (loader.is_own_thread()) loader.end_with({impl_.release(), [](void* impl) { delete static_cast<Impl*>(impl); }});
+}
 
 std::shared_ptr<const Dataset> Dataset::open(std::shared_ptr<ByteSource> source, const OpenOptions& options) {
   return std::make_shared<const Dataset>(std::make_unique<Impl>(std::move(source), options));

@@ -8,7 +8,11 @@
 #include <utility>
 
 namespace ptet {
-LoadQueue::LoadQueue(Serve serve) : serve_(std::move(serve)), thread_([this] { work(); }) {}
+LoadQueue::LoadQueue(Serve serve)
+    : serve_(std::move(serve)), thread_([this] {
+        work();
+        const Owner owner = std::move(owner_); // this queue goes with it
+      }) {}
 
 LoadQueue::~LoadQueue() {
   finish();
@@ -17,6 +21,12 @@ LoadQueue::~LoadQueue() {
 void LoadQueue::finish() {
   stop();
   if (thread_.joinable()) thread_.join();
+}
+
+void LoadQueue::end_with(Owner owner) {
+  stop();
+  owner_ = std::move(owner);
+  thread_.detach();
 }
 
 void LoadQueue::stop() {
@@ -112,7 +122,7 @@ void LoadQueue::forget(const Asked& asked) {
 
 // A source that asks for blocks while one is read would wait for itself.
 void LoadQueue::refuse_own_thread() const {
-  if (std::this_thread::get_id() == thread_.get_id()) file::refuse_from_within();
+  if (is_own_thread()) file::refuse_from_within();
 }
 
 void LoadQueue::wait_until_done(const ProgressCallback& progress) {

@@ -52,6 +52,12 @@ public:
   /// The same, and waits for the part that is being served.
   void finish();
   [[nodiscard]] bool is_stopped() const { return is_stopped_; }
+  [[nodiscard]] bool is_own_thread() const { return std::this_thread::get_id() == thread_.get_id(); }
+  /// Whoever owns the queue, and how it goes.
+  using Owner = std::unique_ptr<void, void (*)(void* owner)>;
+  /// To be called by what serves, where nobody else knows the owner any more: no more parts are served, and at its end
+  /// the thread, which cannot wait for itself, lets the owner go.
+  void end_with(Owner owner);
   /// Whether this process was forked from the one that has the thread. Whatever that held then, it holds here for ever:
   /// no lock may be taken, and the queue must be left alone, since its destructor would wait for the thread.
   [[nodiscard]] bool is_orphaned() const { return ::getpid() != process_; }
@@ -81,6 +87,7 @@ private:
   std::condition_variable has_work_, is_done_;
   std::atomic<bool> is_stopped_{false};
   const pid_t process_ = ::getpid();
+  Owner owner_{nullptr, nullptr}; ///< where it goes with the thread
   std::thread thread_;
 };
 

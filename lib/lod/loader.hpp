@@ -114,6 +114,11 @@ public:
     std::unique_lock<file::OwnedMutex> lock_;
   };
 
+  /// Whether this is the thread that loads in the background, as within a read of the source.
+  [[nodiscard]] bool is_own_thread() const { return queue_ && queue_->is_own_thread(); }
+  /// Has that thread let its owner go, see LoadQueue.
+  void end_with(LoadQueue::Owner owner) { queue_->end_with(std::move(owner)); }
+
   /// Whether a thread of its own loads: nobody waits then, what is there is used.
   [[nodiscard]] bool is_in_background() const { return in_background_; }
   /// Whether blocks may be dropped: not all fit the memory.

@@ -11,8 +11,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <map>
+#include <memory>
+#include <optional>
 #include <random>
 #include <set>
 #include <thread>
@@ -469,6 +473,34 @@ TEST_CASE("a source, or a report of progress, that asks its own dataset gets an 
     CHECK_THROWS_AS(dataset->extract({}, progress), Error);
     CHECK(refused == 1);
     CHECK(dataset->extract({}).complete == !limited);
+  }
+}
+
+TEST_CASE("the last reference to a dataset may go within a read by its own thread") {
+  const LoadingSample& s = sample();
+  for (const bool has_session : {false, true}) {
+    INFO("session " << has_session);
+    std::promise<void> gone;
+    std::shared_ptr<FailingSource> source(new FailingSource(s.bytes), [&](FailingSource* ended) {
+      delete ended;
+      gone.set_value();
+    });
+    OpenOptions options;
+    options.background = true;
+    auto dataset = Dataset::open(source, options);
+    std::optional<Session> session;
+    if (has_session) session.emplace(dataset);
+    Gate gate;
+    source->set([&](std::uint64_t, std::uint64_t) {
+      gate.pass();
+      session.reset();
+      dataset.reset();
+      return false;
+    });
+    source.reset();
+    (void)dataset->extract({});
+    gate.open();
+    CHECK(gone.get_future().wait_for(std::chrono::seconds(60)) == std::future_status::ready);
   }
 }
 
