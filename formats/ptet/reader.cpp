@@ -112,7 +112,7 @@ std::uint64_t Reader::decoded_bytes(std::uint32_t block) const {
   const std::uint64_t while_decoding = 2 * blocks_[block].stored_bytes +
                                        std::uint64_t{2} * decoding_->schema->context_count() +
                                        std::uint64_t{64} * blocks_[block].record_count;
-  return decoding_->rows[block].version_count * kBytesPerVersion + while_decoding;
+  return decoding_->decoded[block].version_count * kBytesPerVersion + while_decoding;
 }
 
 // ---- content ----
@@ -252,7 +252,7 @@ std::vector<FetchedBlock> Reader::fetch(std::span<const std::uint32_t> blocks, c
   const auto take = [&](std::size_t i, RangeBytes read) {
     try {
       if (read.failure) std::rethrow_exception(read.failure);
-      if (hash_of(read.bytes) != decoding_->rows[blocks[i]].hash)
+      if (hash_of(read.bytes) != decoding_->decoded[blocks[i]].hash)
         fail_file("the hash of a block does not match", ranges[i].offset);
       fetched.push_back({blocks[i], std::move(read.bytes)});
     } catch (const Error& error) {
@@ -297,7 +297,7 @@ void Reader::expect(std::span<const FetchedBlock> blocks, Content& content) cons
   std::uint64_t records = 0, versions = 0;
   for (const FetchedBlock& block : blocks) {
     records += blocks_[block.block].record_count;
-    versions += decoding_->rows[block.block].version_count;
+    versions += decoding_->decoded[block.block].version_count;
   }
   // There are more places than tets, by the boundary faces; what is not used takes no memory.
   const std::uint64_t tets_and_faces = header_.tet_count + std::uint64_t{header_.tet_count} / 4;
@@ -364,7 +364,7 @@ bool Reader::Batch::step(Content& content, std::size_t records, const StarMeasur
   for (; batching_->run < batching_->runs.size(); ++batching_->run) {
     Run& run = batching_->runs[batching_->run];
     OpenBlock& block = batching_->open[run.open_block];
-    const std::uint32_t most_versions = d.rows[block.block].version_count;
+    const std::uint32_t most_versions = d.decoded[block.block].version_count;
     RecordId r;
     const auto decode = [&] {
       if (!block.coding) {
@@ -394,7 +394,7 @@ void Reader::Batch::check(const Content& content) const {
   for (const OpenBlock& block : batching_->open) {
     reader.at_block(block.block, [&] {
       const BlockInfo& info = reader.blocks_[block.block];
-      if (block.versions != reader.decoding_->rows[block.block].version_count) {
+      if (block.versions != reader.decoding_->decoded[block.block].version_count) {
         reader.violated({"a block makes fewer tets than the table says", info.offset, block.block, {}, {}});
       }
       if (!reader.is_box_of(info, block.least, block.greatest)) {

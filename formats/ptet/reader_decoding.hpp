@@ -31,7 +31,12 @@ struct Reader::Decoding {
   bool is_sound = true;      ///< no hash of what says how much there is was wrong
   FixedHeader fixed;
   std::vector<DecimalDigits> digits;
-  std::vector<TableRow> rows;
+  /// What the table says that a block's bytes are, and make.
+  struct Decoded {
+    std::uint32_t version_count = 0;
+    std::uint64_t hash = 0;
+  };
+  std::vector<Decoded> decoded; ///< by block
   Section base;
   Section input_order;               ///< where there is one
   std::vector<std::byte> base_bytes; ///< as stored, so that the base can be had again without the source

@@ -234,9 +234,13 @@ void Reader::Opening::read_table() {
     violated("the blocks' row of the directory is invalid", blocks.offset);
   const auto bytes = content(SectionKind::kTable);
   auto in = in_section(SectionKind::kTable, bytes);
-  d_.rows = parse_table(in, d_.fixed, blocks);
-  for (const TableRow& row : d_.rows)
-    reader_.blocks_.push_back(row.info);
+  std::vector<TableRow> rows = parse_table(in, d_.fixed, blocks);
+  reader_.blocks_.reserve(rows.size());
+  d_.decoded.reserve(rows.size());
+  for (TableRow& row : rows) {
+    reader_.blocks_.push_back(std::move(row.info));
+    d_.decoded.push_back({row.version_count, row.hash});
+  }
 }
 
 void Reader::Opening::read_manifest() {

@@ -1,5 +1,6 @@
 #include "lod/block_needs.hpp"
 
+#include <numeric>
 #include <utility>
 
 namespace ptet {
@@ -27,10 +28,17 @@ void intersect(BlockSet& set, const BlockSet& other) {
     set[b] = static_cast<char>(set[b] & other[b]);
 }
 
-BlockNeeds::BlockNeeds(const std::vector<file::BlockInfo>& blocks) : blocks_(blocks), needed_by_(blocks.size()) {
+BlockNeeds::BlockNeeds(const std::vector<file::BlockInfo>& blocks)
+    : blocks_(blocks), needed_by_begin_(blocks.size() + 1, 0) {
+  for (const file::BlockInfo& block : blocks)
+    for (const std::uint32_t needed : block.needs)
+      ++needed_by_begin_[needed + 1];
+  std::partial_sum(needed_by_begin_.begin(), needed_by_begin_.end(), needed_by_begin_.begin());
+  needed_by_.resize(needed_by_begin_.back());
+  std::vector<std::uint32_t> next(needed_by_begin_.begin(), needed_by_begin_.end() - 1);
   for (std::uint32_t b = 0; b < blocks.size(); ++b)
     for (const std::uint32_t needed : blocks[b].needs)
-      needed_by_[needed].push_back(b);
+      needed_by_[next[needed]++] = b;
 }
 
 void BlockNeeds::close(BlockSet& set, std::vector<std::uint32_t>& open) const {
@@ -69,7 +77,8 @@ void BlockNeeds::leave_out(BlockSet& set, std::vector<std::uint32_t> out, const 
     const std::uint32_t b = out.back();
     out.pop_back();
     if (kept[b] != 0 || std::exchange(set[b], 0) == 0) continue;
-    out.insert(out.end(), needed_by_[b].begin(), needed_by_[b].end());
+    for (std::uint32_t i = needed_by_begin_[b]; i < needed_by_begin_[b + 1]; ++i)
+      out.push_back(needed_by_[i]);
   }
 }
 

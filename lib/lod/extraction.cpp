@@ -211,9 +211,8 @@ std::vector<MadeVersion> made_versions(const std::vector<std::array<VertexId, 3>
 bool has_made(const Refinement& refinement, std::uint32_t r, VersionKinds kind, const std::vector<char>& applied) {
   if ((refinement.base_kinds(RecordId{r}) & kind) != 0) return true;
   const auto parents = refinement.parents(RecordId{r});
-  const auto kinds = refinement.parent_kinds(RecordId{r});
   for (std::size_t i = 0; i < parents.size(); ++i)
-    if ((kinds[i] & kind) != 0 && applied[parents[i].index()] != 0) return true;
+    if (applied[parents[i].index()] != 0 && (refinement.parent_kinds(RecordId{r}, i) & kind) != 0) return true;
   return false;
 }
 

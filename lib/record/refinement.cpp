@@ -90,14 +90,14 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
   marks_.resize(base_vertex_count_ + std::size_t{record_count} + 1);
   target_.resize(record_count);
   fine_count_.resize(record_count);
-  added_tet_count_.resize(record_count);
   parent_count_.resize(record_count);
+  parent_begin_.reserve(record_count + std::size_t{1});
   parent_begin_.resize(record_count);
   base_kinds_.resize(record_count);
   modified_begin_.resize(record_count);
   rim_begin_.resize(record_count);
   rim_place_.resize(record_count);
-  rim_vertex_count_.resize(record_count);
+  rim_size_.resize(record_count);
 }
 
 void Refinement::reserve(const Sizes& sizes) {
@@ -135,6 +135,7 @@ void Refinement::close_boundary() {
     if (std::adjacent_find(neighbour.begin(), neighbour.end()) != neighbour.end())
       throw Error(ErrorCode::kCorruptFile, "base tet " + std::to_string(t) + " is there twice");
   }
+  base_tets_.reserve(base_tets_.size() + ghosts.size());
   base_tets_.insert(base_tets_.end(), ghosts.begin(), ghosts.end());
   for_each_face(
       base_tets_, base_tet_count_, base_vertex_count_, [](std::size_t, std::uint32_t corner) { return corner < 3; },
@@ -190,11 +191,10 @@ void Refinement::measure_region(RecordId r) {
   // Whether a face is of the rim or a vertex is new is as good as chance, so both are written down and then counted.
   rim_.resize(3 * region_.size());
   link_.resize(3 * region_.size());
-  std::size_t rim_faces = 0, link_vertices = 0, added = 0;
+  std::size_t rim_faces = 0, link_vertices = 0;
   for (const RegionTet& tet : region_) {
     const Live& live = live_[tet.place];
     const Tet& corners = live.tet;
-    const bool ghost = is_ghost(corners);
     for (std::uint32_t modified_corner = 1; modified_corner < 4; ++modified_corner) {
       const VertexId v = corners[tet.u_corner ^ modified_corner];
       link_[link_vertices] = v;
@@ -206,7 +206,6 @@ void Refinement::measure_region(RecordId r) {
       const std::size_t is_rim = behind == kNoPlace || live_[behind].split != current ? 1 : 0;
       rim_[rim_faces] = {tet.place, corner ^ tet.u_corner, 0};
       rim_faces += is_rim;
-      added += is_rim & (!ghost || corners[corner] == kDummyVertex ? 1U : 0U);
     }
   }
   rim_.resize(rim_faces);
@@ -214,7 +213,6 @@ void Refinement::measure_region(RecordId r) {
   // V - E + F = 1, with 2 E = 3 F + rim.
   if (rim_.size() < 3 || 2 * link_.size() != region_.size() + rim_.size() + 2)
     fail(r, "the region of its vertex is no disk");
-  added_tet_count_[r.index()] = static_cast<std::uint16_t>(added);
 }
 
 void Refinement::store_parents(RecordId r, std::span<const RecordId> others) {
@@ -268,7 +266,8 @@ void Refinement::order_rim(RecordId r) {
     mark.value = i;
   }
   rim_begin_[r.index()] = static_cast<std::uint32_t>(rim_vertices_.size());
-  rim_vertex_count_[r.index()] = static_cast<std::uint16_t>(rim_.size());
+  const unsigned has_dummy = mark_of(kDummyVertex).in_rim == current ? 1 : 0;
+  rim_size_[r.index()] = static_cast<std::uint16_t>(2 * rim_.size() + has_dummy);
   std::uint32_t at = 0, rank = 0;
   do {
     RimFace& face = rim_[at];
@@ -362,7 +361,7 @@ void Refinement::settle_links() {
     const bool is_wide = link_vertices > (1U << kLinkBits);
     const auto link = rim_vertices_.begin() + std::exchange(rim_begin_[r], static_cast<std::uint32_t>(vertices.size()));
     vertices.insert(vertices.end(), link,
-                    link + static_cast<std::ptrdiff_t>(is_wide ? rim_vertex_count_[r] + 3 * modified(RecordId{r}).size()
+                    link + static_cast<std::ptrdiff_t>(is_wide ? rim_vertex_count(r) + 3 * modified(RecordId{r}).size()
                                                                : link_vertices));
   }
   rim_vertices_ = std::move(vertices);
@@ -382,7 +381,7 @@ void Refinement::settle_places() {
   }
   for (std::uint32_t r = 0; r < record_count(); ++r) {
     const std::uint32_t old = std::exchange(rim_place_[r], next);
-    for (std::uint32_t i = 0; i < rim_vertex_count_[r]; ++i)
+    for (std::uint32_t i = 0; i < rim_vertex_count(r); ++i)
       renumbered[old + i] = next++;
   }
   LargeVector<Place> packed;
@@ -398,16 +397,18 @@ void Refinement::settle_places() {
 
 void Refinement::settle_parents() {
   LargeVector<RecordId> packed;
-  LargeVector<VersionKinds> kinds;
+  VersionKindsList kinds;
   packed.reserve(parents_.size());
   kinds.reserve(parents_.size());
   for (std::uint32_t r = 0; r < record_count(); ++r) {
     const auto mine = parents(RecordId{r});
-    const auto my_kinds = parent_kinds(RecordId{r});
+    for (std::size_t i = 0; i < mine.size(); ++i)
+      kinds.push_back(parent_kinds(RecordId{r}, i));
     parent_begin_[r] = static_cast<std::uint32_t>(packed.size());
     packed.insert(packed.end(), mine.begin(), mine.end());
-    kinds.insert(kinds.end(), my_kinds.begin(), my_kinds.end());
   }
+  parent_begin_.push_back(static_cast<std::uint32_t>(packed.size()));
+  drop(parent_count_);
   parents_ = std::move(packed);
   parent_kinds_ = std::move(kinds);
 }
@@ -423,7 +424,7 @@ Tet Refinement::rim_tet(const Tet& modified, std::uint32_t corner, VertexId targ
 std::uint32_t Refinement::fine_in_place(RecordId r, std::uint32_t place) const {
   const auto in_place = modified(r);
   const auto count = static_cast<std::uint32_t>(in_place.size());
-  if (const std::uint32_t of_rim = place - rim_place_[r.index()]; of_rim < rim_vertex_count_[r.index()])
+  if (const std::uint32_t of_rim = place - rim_place_[r.index()]; of_rim < rim_vertex_count(r.index()))
     return count + of_rim;
   const auto found = std::find_if(in_place.begin(), in_place.end(), [&](Place at) { return at.index() == place; });
   return found != in_place.end() ? static_cast<std::uint32_t>(found - in_place.begin()) : fine_count(r);
@@ -453,7 +454,9 @@ std::vector<Tet> Refinement::fine_tets(RecordId r) const {
 }
 
 std::span<const RecordId> Refinement::parents(RecordId r) const {
-  return {parents_.data() + parent_begin_[r.index()], parent_count_[r.index()]};
+  const std::size_t begin = parent_begin_[r.index()];
+  return {parents_.data() + begin,
+          is_settled_ ? parent_begin_[r.index() + std::size_t{1}] - begin : parent_count_[r.index()]};
 }
 
 /// By place, 1: what stands there is what the record of its first vertex put there.
@@ -479,7 +482,7 @@ std::string Refinement::validate() const {
   for (std::uint32_t r = 0; r < record_count(); ++r) {
     if (!applied(RecordId{r})) continue;
     versions += fine_count_[r];
-    places += rim_vertex_count_[r];
+    places += rim_vertex_count(r);
   }
   if (versions != version_count_) return "the splits have made other than " + std::to_string(version_count_) + " tets";
   if (places != live_.size())

@@ -83,6 +83,27 @@ struct RimEdge {
   return {rim[i], rim[i + 1 < rim.size() ? i + 1 : 0]};
 }
 
+/// A list of them, four a byte.
+class VersionKindsList {
+public:
+  void reserve(std::size_t count) { bytes_.reserve((count + kPerByte - 1) / kPerByte); }
+  void push_back(VersionKinds kinds) {
+    const unsigned shift = kBits * (size_++ % kPerByte);
+    if (shift == 0) bytes_.push_back(0);
+    bytes_.back() = static_cast<std::uint8_t>(bytes_.back() | kinds << shift);
+  }
+  [[nodiscard]] VersionKinds operator[](std::size_t i) const {
+    return static_cast<VersionKinds>(bytes_[i / kPerByte] >> kBits * (i % kPerByte) & kMask);
+  }
+
+private:
+  static constexpr unsigned kBits = 2, kPerByte = 4;
+  static constexpr VersionKinds kMask = kHasTets | kHasGhosts;
+
+  LargeVector<std::uint8_t> bytes_;
+  std::size_t size_ = 0;
+};
+
 class Refinement {
 public:
   static constexpr std::size_t kMaxRegion = 4096; ///< tets that one split may take
@@ -144,7 +165,9 @@ public:
   /// Which of F(r) the split puts in `place`; fine_count(r) if none.
   [[nodiscard]] std::uint32_t fine_in_place(RecordId r, std::uint32_t place) const;
   /// Number of real (not ghost) tets in F(r) less C(r).
-  [[nodiscard]] std::uint32_t added_tet_count(RecordId r) const { return added_tet_count_[r.index()]; }
+  [[nodiscard]] std::uint32_t added_tet_count(RecordId r) const {
+    return rim_vertex_count(r.index()) - (rim_size_[r.index()] % 2 != 0 ? 2 : 0);
+  }
   [[nodiscard]] static bool is_ghost(const Tet& tet) { return corner_of(tet, kDummyVertex) != 4; }
 
   // What stands in a place now; not when settled.
@@ -160,9 +183,9 @@ public:
   /// Records that must be applied before `r`: consumers of the versions in C(r) and the others that split() was given,
   /// without repetition, ascending.
   [[nodiscard]] std::span<const RecordId> parents(RecordId r) const;
-  /// What each parent consumed of C(r): 0 for a parent of split()'s `others` only.
-  [[nodiscard]] std::span<const VersionKinds> parent_kinds(RecordId r) const {
-    return {parent_kinds_.data() + parent_begin_[r.index()], parent_count_[r.index()]};
+  /// What of C(r) is of its i-th parent: 0 for a parent of split()'s `others` only.
+  [[nodiscard]] VersionKinds parent_kinds(RecordId r, std::size_t i) const {
+    return parent_kinds_[parent_begin_[r.index()] + i];
   }
   /// What of C(r) is of the base.
   [[nodiscard]] VersionKinds base_kinds(RecordId r) const { return base_kinds_[r.index()]; }
@@ -178,7 +201,7 @@ public:
     const std::size_t i = r.index();
     __builtin_prefetch(&modified_begin_[i]);
     __builtin_prefetch(&fine_count_[i]);
-    __builtin_prefetch(&rim_vertex_count_[i]);
+    __builtin_prefetch(&rim_size_[i]);
     __builtin_prefetch(&rim_begin_[i]);
     __builtin_prefetch(&rim_place_[i]);
     __builtin_prefetch(&target_[i]);
@@ -197,7 +220,7 @@ public:
   }
   [[nodiscard]] std::span<const Place> modified(RecordId r) const {
     return {modified_.data() + modified_begin_[r.index()],
-            std::size_t{fine_count_[r.index()]} - rim_vertex_count_[r.index()]};
+            std::size_t{fine_count_[r.index()]} - rim_vertex_count(r.index())};
   }
   /// Where modified(r) begins among those of all records, modified_count() in all; it stays there until settle().
   [[nodiscard]] std::uint32_t modified_begin(RecordId r) const { return modified_begin_[r.index()]; }
@@ -205,7 +228,7 @@ public:
   [[nodiscard]] std::uint32_t rim_place(RecordId r) const { return rim_place_[r.index()]; }
   /// The vertices around the edge from target(r) to vertex_of(r), in order; kDummyVertex may be one.
   [[nodiscard]] std::span<const VertexId> rim(RecordId r) const {
-    return {rim_vertices_.data() + rim_begin_[r.index()], rim_vertex_count_[r.index()]};
+    return {rim_vertices_.data() + rim_begin_[r.index()], rim_vertex_count(r.index())};
   }
 
   /// Gives up what only further splits need, all records being applied: what stands in the places, and its neighbours.
@@ -221,7 +244,7 @@ public:
     constexpr std::uint32_t kMask = (1U << kLinkBits) - 1;
     const VertexId* const link = rim_vertices_.data() + rim_begin_[r.index()];
     if (packed == kWide) {
-      const VertexId* const triangle = link + rim_vertex_count_[r.index()] + 3 * k;
+      const VertexId* const triangle = link + rim_vertex_count(r.index()) + 3 * k;
       return {triangle[0], triangle[1], triangle[2]};
     }
     return {link[packed & kMask], link[(packed >> kLinkBits) & kMask], link[packed >> (2 * kLinkBits)]};
@@ -275,6 +298,7 @@ private:
   void pack_link(RecordId r);
   void join_region(std::uint32_t place);
   void close_boundary();
+  [[nodiscard]] std::uint32_t rim_vertex_count(std::uint32_t r) const { return rim_size_[r] / 2U; }
   [[nodiscard]] static Tet rim_tet(const Tet& modified, std::uint32_t corner, VertexId target);
   void settle_places();
   void settle_links();
@@ -296,12 +320,14 @@ private:
 
   // By record.
   LargeVector<VertexId> target_;
-  LargeVector<std::uint16_t> fine_count_, added_tet_count_;
-  LargeVector<std::uint32_t> parent_begin_, parent_count_;
+  LargeVector<std::uint16_t> fine_count_;
+  LargeVector<std::uint32_t> parent_begin_; ///< settled, one more: where they end
+  LargeVector<std::uint32_t> parent_count_; ///< until settled
   LargeVector<RecordId> parents_;
-  LargeVector<VersionKinds> parent_kinds_, base_kinds_;
+  VersionKindsList parent_kinds_; ///< beside them
+  LargeVector<VersionKinds> base_kinds_;
   LargeVector<std::uint32_t> modified_begin_, rim_begin_, rim_place_;
-  LargeVector<std::uint16_t> rim_vertex_count_;
+  LargeVector<std::uint16_t> rim_size_; ///< twice the vertices, and 1 where the dummy is one: two edges are of ghosts
   LargeVector<Place> modified_;
   /// The other vertices of the link follow those of the rim, or all its triangles where they are kWide.
   LargeVector<VertexId> rim_vertices_;
