@@ -6,12 +6,6 @@
 
 namespace ptet {
 
-void SquaredErrorSum::add(double x) {
-  sum_ += x;
-  magnitude_ += std::fabs(x);
-  ++count_;
-}
-
 SquaredErrorSum& SquaredErrorSum::operator+=(const SquaredErrorSum& other) {
   sum_ += other.sum_;
   magnitude_ += other.magnitude_;

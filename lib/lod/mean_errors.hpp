@@ -4,6 +4,8 @@
 
 #include "lod/hierarchy.hpp"
 
+#include <cmath>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,7 +15,11 @@ namespace ptet {
 /// A sum of what records raise something by (file::BlockInfo::squared_error).
 class SquaredErrorSum {
 public:
-  void add(double x);
+  void add(double x) {
+    sum_ += x;
+    magnitude_ += std::fabs(x);
+    ++count_;
+  }
   SquaredErrorSum& operator+=(const SquaredErrorSum& other);
   /// Never below the true one by rounding, and not below 0.
   [[nodiscard]] double upper() const;

@@ -53,14 +53,6 @@ double decode_error(ErrorCode16 code, double scale) {
   return scale * factor;
 }
 
-double decode_squared_error(SquaredErrorCode code) {
-  if (code < 0) return -decode_squared_error(static_cast<SquaredErrorCode>(-code));
-  if (code == 0) return 0;
-  const unsigned step = static_cast<unsigned>(std::min(code, kMaxSquaredErrorCode));
-  return kFraction[step % kSquaredCodesPerOctave * (kCodesPerOctave / kSquaredCodesPerOctave)] *
-         power_of_two(kFirstSquaredExponent + static_cast<int>(step / kSquaredCodesPerOctave));
-}
-
 SquaredErrorCode encode_squared_error(double fraction) {
   return least_code(kMaxSquaredErrorCode,
                     [&](SquaredErrorCode code) { return decode_squared_error(code) >= fraction; });

@@ -13,7 +13,12 @@
 //                           records: rounded up to code 1 all together come to no more than 2^-8
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 
 namespace ptet {
 
@@ -32,8 +37,17 @@ inline constexpr SquaredErrorCode kMaxSquaredErrorCode = 2047;
 
 /// The least code whose value is >= `fraction`, not NaN. Saturates at both ends: the greatest value is 2^55.9.
 [[nodiscard]] SquaredErrorCode encode_squared_error(double fraction);
-/// The value that a code stands for; grows with `code`, the same on every machine.
-[[nodiscard]] double decode_squared_error(SquaredErrorCode code);
+/// The value that a code stands for; grows with `code`, the same on every machine. Summed up by the thousand.
+[[nodiscard]] inline double decode_squared_error(SquaredErrorCode code) {
+  // 2^(k/8), k = 0..7, to the nearest double: written out because std::exp2 may differ from machine to machine.
+  constexpr std::array<double, 8> kFraction = {0x1.0000000000000p+0, 0x1.172b83c7d517bp+0, 0x1.306fe0a31b715p+0,
+                                               0x1.4bfdad5362a27p+0, 0x1.6a09e667f3bcdp+0, 0x1.8ace5422aa0dbp+0,
+                                               0x1.ae89f995ad3adp+0, 0x1.d5818dcfba487p+0};
+  constexpr unsigned kLeastExponent = 1023 - 200; // as a double has it
+  const auto step = static_cast<unsigned>(std::min(std::abs(int{code}), int{kMaxSquaredErrorCode}));
+  const auto power_of_two = std::bit_cast<double>(std::uint64_t{kLeastExponent + step / 8} << 52U);
+  return step == 0 ? 0 : std::copysign(kFraction[step % 8] * power_of_two, code);
+}
 
 /// The code of the whole volume, and the greatest there is, where there are `records` records.
 [[nodiscard]] int uncovered_code_of_all(std::uint32_t records);
