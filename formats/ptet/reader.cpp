@@ -18,7 +18,8 @@ namespace {
 constexpr std::uint64_t kBytesPerVertex = 32;   // marks of the refinement and of the codec, the values apart
 constexpr std::uint64_t kBytesPerRecord = 128;  // tables by record, boxes of stars, a cut
 constexpr std::uint64_t kBytesPerBaseTet = 320; // with its ghosts, and the sorting of faces that joins them
-constexpr std::uint64_t kBytesPerVersion = 64;  // a place and what stands there, what its split does, parents
+constexpr std::uint64_t kBytesPerVersion =
+    40; // a place and what stands there, what its split does, parents, as lists grow
 
 /// Calls `f`. An Error(kCorruptFile) that it throws without a byte offset is thrown on with `offset`.
 template <class F>
@@ -109,10 +110,11 @@ std::uint64_t Reader::fixed_bytes() const {
 }
 
 std::uint64_t Reader::decoded_bytes(std::uint32_t block) const {
-  const std::uint64_t while_decoding = 2 * blocks_[block].stored_bytes +
-                                       std::uint64_t{2} * decoding_->schema->context_count() +
-                                       std::uint64_t{64} * blocks_[block].record_count;
-  return decoding_->decoded[block].version_count * kBytesPerVersion + while_decoding;
+  return decoding_->decoded[block].version_count * kBytesPerVersion + 2 * blocks_[block].stored_bytes;
+}
+
+std::uint64_t Reader::decoding_bytes(std::uint32_t block) const {
+  return std::uint64_t{2} * decoding_->schema->context_count() + std::uint64_t{64} * blocks_[block].record_count;
 }
 
 // ---- content ----

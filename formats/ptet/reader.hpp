@@ -143,8 +143,10 @@ public:
 
   /// Memory that what does not depend on blocks takes, within Limits::max_bytes.
   [[nodiscard]] std::uint64_t fixed_bytes() const;
-  /// Memory that the block takes in Content and while it is decoded: an estimate from its counts.
+  /// Memory that the block takes in Content, and its bytes when they are read: an estimate from its counts.
   [[nodiscard]] std::uint64_t decoded_bytes(std::uint32_t block) const;
+  /// Memory that it takes besides while it is decoded.
+  [[nodiscard]] std::uint64_t decoding_bytes(std::uint32_t block) const;
 
   /// The base mesh, no record applied. Asks the source for nothing.
   [[nodiscard]] Content read_base() const;

@@ -185,6 +185,7 @@ ptet_status ptet_dataset_get_info(const ptet_dataset* dataset, ptet_dataset_info
     filled.errors_are_bounds = of.errors_are_bounds ? 1 : 0;
     filled.base_covered = of.base_covered.value_or(kNotANumber);
     filled.overlaps_itself = of.overlaps_itself ? 1 : 0;
+    filled.memory_for_all = of.memory_for_all;
     fill(info, filled, "the dataset info");
   });
 }

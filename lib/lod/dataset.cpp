@@ -44,6 +44,7 @@ DatasetInfo describe(const Hierarchy& hierarchy) {
   MeanErrors mean = mean_errors(hierarchy, std::vector<char>(header.record_count, 0), info.max_field_error);
   info.base_rms_error = std::move(mean.rms_error);
   info.base_covered = mean.covered;
+  info.memory_for_all = hierarchy.loader().bytes_for_all();
   info.provenance_json = to_json(hierarchy.manifest());
   return info;
 }

@@ -35,7 +35,7 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
       pins_(reader.blocks().size(), 0) {
   room_ = options.limits.max_bytes - std::min(options.limits.max_bytes, reader.fixed_bytes());
   if (options.memory_limit > 0) room_ = std::min(room_, options.memory_limit);
-  is_limited_ = bytes_of(BlockSet(reader.blocks().size(), 1)) > room_;
+  is_limited_ = bytes_with_decoding(BlockSet(reader.blocks().size(), 1)) > room_;
   if (is_limited_) {
     stored_.emplace(reader.blocks().size(), room_ / kShareOfStored);
     room_ -= room_ / kShareOfStored;
@@ -117,6 +117,56 @@ std::uint64_t Loader::bytes_of(const BlockSet& set) const {
   for (const std::uint32_t b : members(set))
     bytes += reader_.decoded_bytes(b);
   return bytes;
+}
+
+std::uint64_t Loader::decoding_bytes_of(const std::vector<std::uint32_t>& blocks) const {
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t b : blocks)
+    bytes += reader_.decoding_bytes(b);
+  return bytes;
+}
+
+/// What the set takes, and decoding it, in parts that are as small as they can be.
+std::uint64_t Loader::bytes_with_decoding(const BlockSet& closed) const {
+  const BlockSet none(closed.size(), 0);
+  BlockSet decoded = none;
+  std::uint64_t decoding = 0;
+  for (const std::uint32_t b : members(closed))
+    decoding = std::max(decoding, decoding_bytes_of(needs_.add(decoded, b, none)));
+  return bytes_of(closed) + decoding;
+}
+
+std::uint64_t Loader::bytes_for_all() const {
+  return reader_.fixed_bytes() + bytes_with_decoding(BlockSet(reader_.blocks().size(), 1));
+}
+
+/// Blocks that are decoded together, part after part: each is closed on top of what is loaded by then, and there is
+/// room for decoding it, or it cannot be smaller.
+std::vector<std::vector<file::FetchedBlock>> Loader::parts_of(std::vector<file::FetchedBlock> fetched, BlockSet loaded,
+                                                              std::size_t most_blocks) const {
+  const BlockSet none(needs_.size(), 0);
+  BlockSet all = loaded;
+  std::vector<std::size_t> place(needs_.size(), 0);
+  for (std::size_t i = 0; i < fetched.size(); ++i) {
+    all[fetched[i].block] = 1;
+    place[fetched[i].block] = i;
+  }
+  const std::uint64_t room = room_ - std::min(room_, bytes_of(all));
+  std::vector<std::vector<file::FetchedBlock>> parts;
+  std::uint64_t decoding = 0;
+  for (std::size_t i = 0; i < fetched.size(); ++i) {
+    const std::vector<std::uint32_t> together = needs_.add(loaded, fetched[i].block, none);
+    if (together.empty()) continue; // in a part already
+    const std::uint64_t more = decoding_bytes_of(together);
+    if (parts.empty() || parts.back().size() >= most_blocks || decoding + more > room) {
+      parts.emplace_back();
+      decoding = 0;
+    }
+    decoding += more;
+    for (const std::uint32_t b : together)
+      parts.back().push_back(std::move(fetched[place[b]]));
+  }
+  return parts;
 }
 
 // ---- loading ----
@@ -217,7 +267,7 @@ bool Loader::make_room(BlockSet& set, Cancellation* cancellation) {
   const BlockSet& loaded = content_.block_loaded;
   BlockSet all = loaded;
   unite(all, set);
-  if (bytes_of(all) <= room_) return true;
+  if (bytes_with_decoding(all) <= room_) return true;
   const BlockSet keep = what_fits(set);
   for (const std::uint32_t b : members(set))
     if (keep[b] == 0) losses_.note_no_room(b);
@@ -225,7 +275,7 @@ bool Loader::make_room(BlockSet& set, Cancellation* cancellation) {
   if (is_subset(set, loaded)) return false;
   all = loaded;
   unite(all, set);
-  if (bytes_of(all) <= room_) return true;
+  if (bytes_with_decoding(all) <= room_) return true;
   if (!rebuild(keep, BlockSet(loaded), false, cancellation)) {
     for (const std::uint32_t b : members(set))
       if (loaded[b] == 0) losses_.note_no_room(b);
@@ -244,7 +294,7 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
   close(keep);
   intersect(keep, content_.block_loaded);
   // A block that did not fit will not fit later on, when more is kept; nor do those that need it.
-  std::uint64_t bytes = bytes_of(keep);
+  std::uint64_t bytes = bytes_of(keep), decoding = bytes_with_decoding(keep) - bytes;
   BlockSet unfit(set.size(), 0);
   for (const std::uint32_t b : members(set)) {
     if (keep[b] != 0) continue;
@@ -252,8 +302,10 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
     std::uint64_t with = bytes;
     for (const std::uint32_t a : added)
       with += reader_.decoded_bytes(a);
-    if (!added.empty() && with <= room_) {
+    const std::uint64_t decoding_with = std::max(decoding, decoding_bytes_of(added));
+    if (!added.empty() && with + decoding_with <= room_) {
       bytes = with;
+      decoding = decoding_with;
       continue;
     }
     unfit[b] = 1;
@@ -295,22 +347,19 @@ std::vector<file::FetchedBlock> Loader::fetch(BlockSet& set, const BlockSet& loa
   return fetched;
 }
 
-// Decodes all together or, with a cancellation, a few at a time, so that what is loaded stays closed in between.
+// Decodes all together, as far as there is room for that, or, with a cancellation, a few at a time. What is loaded is
+// closed in between.
 void Loader::decode(std::vector<file::FetchedBlock> fetched, Cancellation* cancellation) {
   const BlockSet none(needs_.size(), 0);
-  BlockSet loaded = content_.block_loaded, target = loaded;
-  std::vector<std::size_t> place(needs_.size(), 0);
-  for (std::size_t i = 0; i < fetched.size(); ++i) {
-    target[fetched[i].block] = 1;
-    place[fetched[i].block] = i;
-  }
+  BlockSet target = content_.block_loaded;
+  for (const file::FetchedBlock& block : fetched)
+    target[block.block] = 1;
   if (cancellation != nullptr) alone([&] { reader_.expect(fetched, content_); });
-  for (std::size_t begin = 0; begin < fetched.size();) {
-    BlockSet with = loaded;
-    std::vector<file::FetchedBlock> part;
-    for (; begin < fetched.size() && (cancellation == nullptr || part.size() < kBlocksBetweenLooks); ++begin)
-      for (const std::uint32_t b : needs_.add(with, fetched[begin].block, none))
-        part.push_back(std::move(fetched[place[b]]));
+  auto parts = parts_of(std::move(fetched), content_.block_loaded,
+                        cancellation != nullptr ? kBlocksBetweenLooks : needs_.size());
+  for (std::vector<file::FetchedBlock>& part : parts) {
+    if (cancellation != nullptr && &part != &parts.front()) cancellation->check();
+    const BlockSet loaded = content_.block_loaded;
     try {
       decode_together(std::move(part));
     } catch (const file::BlockError& error) {
@@ -319,8 +368,6 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched, Cancellation* cance
       rebuild(std::move(target), loaded, true);
       return;
     }
-    loaded = std::move(with);
-    if (cancellation != nullptr && begin < fetched.size()) cancellation->check();
   }
 }
 
@@ -385,18 +432,16 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
   content_.positions.bytes = std::vector<std::byte>(); // {} would keep its memory
   content_.arrays = {};
   content_ = reader_.read_base();
-  std::vector<std::uint32_t> blocks;
-  blocks.reserve(fetched.size());
-  for (const file::FetchedBlock& block : fetched)
-    blocks.push_back(block.block);
-  if (!fetched.empty()) {
-    file::Reader::Batch batch = reader_.begin(std::move(fetched), content_);
+  BlockSet loaded(needs_.size(), 0);
+  for (std::vector<file::FetchedBlock>& part : parts_of(std::move(fetched), loaded, needs_.size())) {
+    for (const file::FetchedBlock& block : part)
+      loaded[block.block] = 1;
+    file::Reader::Batch batch = reader_.begin(std::move(part), content_);
     while (batch.step(content_, content_.generation.size(), measured_)) {
     }
     batch.check(content_);
   }
-  for (const std::uint32_t b : blocks)
-    content_.block_loaded[b] = 1;
+  content_.block_loaded = std::move(loaded);
   is_spoilt_ = false;
 }
 

@@ -123,6 +123,8 @@ public:
   [[nodiscard]] bool is_in_background() const { return in_background_; }
   /// Whether blocks may be dropped: not all fit the memory.
   [[nodiscard]] bool is_limited() const { return is_limited_; }
+  /// Limits::max_bytes with which all fit, an estimate.
+  [[nodiscard]] std::uint64_t bytes_for_all() const;
   /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load. Neither takes memory.
   void pin(const BlockSet& set) { count_pins(set, 1); }
   void unpin(const BlockSet& set) { count_pins(set, ~0U); }
@@ -163,6 +165,10 @@ private:
   bool try_to_rebuild(BlockSet& keep, std::vector<file::FetchedBlock> fetched);
   void apply_alone(std::vector<file::FetchedBlock> fetched);
   [[nodiscard]] std::uint64_t bytes_of(const BlockSet& set) const;
+  [[nodiscard]] std::uint64_t decoding_bytes_of(const std::vector<std::uint32_t>& blocks) const;
+  [[nodiscard]] std::uint64_t bytes_with_decoding(const BlockSet& closed) const;
+  [[nodiscard]] std::vector<std::vector<file::FetchedBlock>> parts_of(std::vector<file::FetchedBlock> fetched,
+                                                                      BlockSet loaded, std::size_t most_blocks) const;
 
   [[nodiscard]] bool load_part(const BlockSet& asked);
   [[nodiscard]] bool is_stopped() const { return queue_ && queue_->is_stopped(); }

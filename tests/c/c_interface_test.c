@@ -700,6 +700,7 @@ static void test_input_order(const ptet_dataset* without) {
   CHECK(info.has_input_order == 1);
   CHECK(info.errors_are_bounds == 1);
   CHECK(info.overlaps_itself == 0 && info.reserved == 0);
+  CHECK(info.memory_for_all > info.file_bytes);
   SUCCEEDS(ptet_dataset_extract(dataset, request, NULL, NULL, &extraction, &error));
   ptet_array positions = {.struct_size = sizeof positions};
   SUCCEEDS(ptet_extraction_get_positions(extraction, &positions, &error));

@@ -58,6 +58,17 @@ TEST_CASE("within a limit of memory blocks are dropped and read again, or answer
   CHECK(incomplete > 4);
 }
 
+TEST_CASE("with as much memory as a file says that it takes nothing is left out") {
+  const LoadingSample& s = long_sample();
+  OpenOptions options;
+  options.limits.max_bytes = Dataset::open_memory(s.bytes)->info().memory_for_all;
+  CHECK(same_mesh(Dataset::open_memory(s.bytes, options)->extract({}), s.answers[0]));
+  --options.limits.max_bytes;
+  const Extraction answer = Dataset::open_memory(s.bytes, options)->extract({});
+  CHECK(answer.limited_by == LimitedBy::kMemory);
+  CHECK(answer.mesh.tets.size() < s.answers[0].mesh.tets.size());
+}
+
 TEST_CASE("pinned blocks stay where memory is short, under the same ids") {
   const LoadingSample& s = long_sample();
   OpenOptions options;

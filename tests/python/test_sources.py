@@ -252,6 +252,7 @@ class Sources(unittest.TestCase):
                 ptet.open(built(), **wrong)
         with self.assertRaises(ptet.LimitError):
             ptet.open(built(), memory_limit=1).extract()
+        self.check(ptet.open(built(), max_bytes=ptet.open(built()).info.memory_for_all))
         cut = ptet.open(built(), memory_limit=1, salvage=True).extract()
         self.assertEqual(cut.limited_by, "memory")
         self.check(ptet.open(built(), memory_limit=10**8))

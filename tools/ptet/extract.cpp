@@ -180,12 +180,13 @@ void name_input_vertices(Extraction& extraction) {
 }
 
 /// Why the mesh is coarser than asked; nothing when it is not.
-std::optional<Error> shortfall_of(const Extraction& extraction, bool salvage) {
+std::optional<Error> shortfall_of(const Extraction& extraction, const DatasetInfo& info, bool salvage) {
   if (extraction.complete) return std::nullopt;
   const std::string what = salvage ? "the mesh is coarser than asked: " : "the mesh cannot be had in full: ";
   const std::string hint = salvage ? "" : "; --salvage gives what is left, coarser";
   if (extraction.failures.empty())
-    return Error(ErrorCode::kLimit, what + "its blocks do not fit the limit of memory (--memory-limit)" + hint);
+    return Error(ErrorCode::kLimit, what + "its blocks do not fit the limit of memory; --memory-limit " +
+                                        std::to_string(info.memory_for_all) + " is enough for all of the file" + hint);
   const BlockFailure& first = extraction.failures.front();
   std::string blocks = "block " + std::to_string(first.block);
   if (extraction.failures.size() > 1) blocks += " and " + counted(extraction.failures.size() - 1, "other");
@@ -231,7 +232,7 @@ void run(const Arguments& arguments) {
   outcome.notes = notes_on_wishes(outcome);
   if (outcome.info.overlaps_itself && outcome.extraction.limited_by != LimitedBy::kNothing)
     outcome.notes.emplace_back(kOverlaps);
-  const std::optional<Error> shortfall = shortfall_of(outcome.extraction, arguments.salvage);
+  const std::optional<Error> shortfall = shortfall_of(outcome.extraction, outcome.info, arguments.salvage);
   if (shortfall && !arguments.salvage) throw *shortfall;
 
   const auto write_begin = Clock::now();

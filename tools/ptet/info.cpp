@@ -209,6 +209,7 @@ void print_json(const std::string& path, const DatasetInfo& info, const std::vec
   json["kind"] = "ptet";
   json["path"] = path;
   json["file_bytes"] = info.file_bytes;
+  json["memory_for_all"] = info.memory_for_all;
   json["vertices"] = info.vertices;
   json["tets"] = info.tets;
   json["position_type"] = ptet::name_of(info.position_type);
@@ -261,6 +262,7 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
       << counted(info.tets, "tet") << '\n';
   out << "  base      " << counted(info.base_vertices, "vertex") << ", " << counted(info.base_tets, "tet") << '\n';
   out << "  records   " << grouped(info.records) << " in " << counted(info.blocks, "block") << '\n';
+  out << "  memory    up to " << counted(info.memory_for_all, "byte") << " where all of it is loaded\n";
   out << "  box       " << placed(info.box_min, info.diagonal) << " to " << placed(info.box_max, info.diagonal)
       << ", diagonal " << brief(info.diagonal, 6) << '\n';
   std::size_t column = 0;

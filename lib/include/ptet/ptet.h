@@ -144,6 +144,7 @@ typedef struct ptet_dataset_info {
   int32_t overlaps_itself;   /* 1: some of the original's tets were found to lie in one another, and errors there are
                               * those of each part by itself */
   uint32_t reserved;         /* 0 */
+  uint64_t memory_for_all;   /* max_bytes with which all blocks fit into memory: an estimate, rather high */
 } ptet_dataset_info;
 
 typedef struct ptet_field_info {

@@ -63,6 +63,7 @@ class DatasetInfo:
         base_vertices, base_tets: of the coarsest mesh.
         records, blocks: vertex splits, and the blocks that they are stored in.
         file_bytes: size of the file.
+        memory_for_all: max_bytes of open() with which all blocks fit into memory: an estimate, rather high.
         point_dtype: type of the coordinates.
         has_input_order: whether the file keeps the order of its input, see Dataset.extract.
         errors_are_bounds: whether nothing is further off than is stated; else errors are what the build has seen.
@@ -84,6 +85,7 @@ class DatasetInfo:
     records: int
     blocks: int
     file_bytes: int
+    memory_for_all: int
     point_dtype: np.dtype[Any]
     has_input_order: bool
     errors_are_bounds: bool
@@ -170,7 +172,7 @@ class Dataset:
         core = self._core.extract(request, progress)
         extraction = Extraction(core, self.info, origins, request.input_order)
         if not (extraction.complete or self.salvage):
-            _raise_shortfall(extraction)
+            _raise_shortfall(extraction, self.info)
         if extraction.complete and extraction.limited_by not in ("time", "budget"):
             self._warn_of_unmet(request, core)
         return extraction
@@ -230,7 +232,7 @@ def _places(indices: list[int]) -> str:
     return ", ".join(str(i) for i in indices)
 
 
-def _raise_shortfall(extraction: Extraction) -> None:
+def _raise_shortfall(extraction: Extraction, info: DatasetInfo) -> None:
     """What cannot be had is an error; what is only not there yet is none."""
     what = "the mesh cannot be had in full: "
     hint = "; ptet.open(..., salvage=True) gives what is left, coarser"
@@ -241,7 +243,8 @@ def _raise_shortfall(extraction: Extraction) -> None:
         kind = FileError if first.retriable else FormatError
         raise kind(f"{what}{blocks} failed, {first.message}{hint}", first.offset)
     if extraction.limited_by == "memory":
-        raise LimitError(f"{what}its blocks do not fit the limit of memory{hint}")
+        raise LimitError(f"{what}its blocks do not fit the limit of memory; {info.memory_for_all} bytes are enough for "
+                         f"all of the file{hint}")
 
 
 Source = Union[str, "os.PathLike[str]", "os.PathLike[bytes]", bytes, bytearray, memoryview, "npt.NDArray[Any]",

@@ -86,6 +86,7 @@ py::dict to_dict(const DatasetInfo& info) {
   dict["records"] = info.records;
   dict["blocks"] = info.blocks;
   dict["file_bytes"] = info.file_bytes;
+  dict["memory_for_all"] = info.memory_for_all;
   dict["point_dtype"] = dtype_of(info.position_type);
   dict["has_input_order"] = info.has_input_order;
   dict["errors_are_bounds"] = info.errors_are_bounds;
