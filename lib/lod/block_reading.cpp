@@ -52,9 +52,11 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
     return false;
   }
   std::uint64_t tets = hierarchy_.header().base_tet_count;
-  PaceOfLoading pace;
+  PaceOfLoading& pace = hierarchy_.loader().pace();
+  bool is_first = true;
   for (std::size_t next = 0; next < order.size() && !is_time_up_;) {
     const auto begin = Clock::now();
+    const LoadingLimit limit = pace.limit(seconds_left(tets), is_first);
     PartToLoad part(hierarchy_.loader().needs(), loaded, set);
     for (; next < order.size(); ++next) {
       if (is_late(tets)) {
@@ -63,7 +65,7 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
         break;
       }
       if (part.blocks()[order[next]] != 0) continue;
-      const auto added = part.add(order[next], lost, waits ? &pace : nullptr);
+      const auto added = part.add(order[next], lost, waits ? &limit : nullptr);
       if (!added) {
         is_time_up_ = part.work() == 0;
         break;
@@ -76,8 +78,10 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
     read(set, missing);
     for (std::size_t b = 0; b < lost.size(); ++b)
       if (part.blocks()[b] != set[b]) lost[b] = 1;
-    if (part.work() > 0)
-      pace.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count(), seconds_left(tets));
+    if (part.work() == 0) continue;
+    is_first = false;
+    if (waits && part.blocks() == set)
+      pace.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count());
   }
   return std::find(lost.begin(), lost.end(), 1) != lost.end();
 }

@@ -1,7 +1,5 @@
 #include "lod/loader.hpp"
 
-#include "lod/pace_of_loading.hpp"
-
 #include <algorithm>
 #include <thread>
 #include <utility>
@@ -235,12 +233,12 @@ bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cance
 /// later.
 bool Loader::load_some(TimedLoad& load, const BlockSet& closed) {
   const std::vector<std::uint32_t> wanted = members(closed);
-  PaceOfLoading pace;
   for (auto next = wanted.begin();;) {
     const auto begin = Clock::now();
     const BlockSet before = load.loaded;
+    const LoadingLimit limit = pace_.limit(std::chrono::duration<double>(load.until - begin).count(), !load.has_tried);
     PartToLoad part(needs_, before, before);
-    while (next != wanted.end() && part.add(*next, load.lost, &pace))
+    while (next != wanted.end() && part.add(*next, load.lost, &limit))
       ++next;
     if (part.work() == 0) return next == wanted.end();
     load.has_tried = true;
@@ -248,9 +246,8 @@ bool Loader::load_some(TimedLoad& load, const BlockSet& closed) {
     if (!load_when_free(load.loaded, load.until, load.cancellation)) return false;
     for (std::size_t b = 0; b < load.lost.size(); ++b)
       if (part.blocks()[b] != load.loaded[b]) load.lost[b] = 1;
-    const auto now = Clock::now();
-    pace.note(part.work(), std::chrono::duration<double>(now - begin).count(),
-              std::chrono::duration<double>(load.until - now).count());
+    if (part.blocks() == load.loaded)
+      pace_.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count());
   }
 }
 

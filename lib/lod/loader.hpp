@@ -19,6 +19,7 @@
 #include "lod/cancellation.hpp"
 #include "lod/content_lock.hpp"
 #include "lod/load_queue.hpp"
+#include "lod/pace_of_loading.hpp"
 #include "lod/stored_blocks.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/source.hpp"
@@ -119,6 +120,7 @@ public:
   /// Has that thread let its owner go, see LoadQueue.
   void end_with(LoadQueue::Owner owner) { queue_->end_with(std::move(owner)); }
 
+  [[nodiscard]] PaceOfLoading& pace() { return pace_; }
   /// Whether a thread of its own loads: nobody waits then, what is there is used.
   [[nodiscard]] bool is_in_background() const { return in_background_; }
   /// Whether blocks may be dropped: not all fit the memory.
@@ -188,6 +190,7 @@ private:
   std::uint64_t revision_ = 0;         ///< under the content's lock
   std::atomic<bool> is_spoilt_{false}; ///< the content must be made anew; changes under the content's lock
 
+  PaceOfLoading pace_; ///< of whoever has little time
   file::OwnedMutex turn_;
   BlockSet in_use_; ///< by the owner of the turn
   file::OwnedMutex loading_;

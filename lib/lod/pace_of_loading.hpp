@@ -4,28 +4,39 @@
 
 #include "lod/block_needs.hpp"
 
-#include <algorithm>
 #include <limits>
+#include <mutex>
 #include <optional>
 
 namespace ptet {
 
-/// Learns from each loading how much the next one may be: one thing first, then at most four times as much as before,
-/// and what it seems there is time for. Work is in whatever unit takes about the same time.
+/// How much may be loaded at once. Work is in whatever unit takes about the same time.
+struct LoadingLimit {
+  double alone = std::numeric_limits<double>::infinity(); ///< of one thing
+  double together = 0;                                    ///< of several
+
+  /// Whether `more` may be done, too, where `work` is to be done.
+  [[nodiscard]] bool allows(double work, double more) const {
+    return work == 0 ? more <= alone : work + more <= together;
+  }
+};
+
+/// Learns from each loading what the next ones take: so long however little it is, as where a server must answer, and
+/// so much more for what it is. Thread rule: any.
 class PaceOfLoading {
 public:
-  /// Whether `more` may be done, too, where `work` is to be done.
-  [[nodiscard]] bool has_time_for(double work, double more) const {
-    return work == 0 ? more <= affordable_ : work + more <= std::min(kMostMore * most_, affordable_);
-  }
-  void note(double work, double seconds, double seconds_left) {
-    most_ = std::max(most_, work);
-    affordable_ = std::max(seconds_left, 0.0) / std::max(seconds, 1e-9) * work;
-  }
+  void note(double work, double seconds);
+  /// For whoever has so many seconds left. At most four times as much as was ever loaded at once. The first time that
+  /// he loads at least one thing, whatever it is, and so much with it as takes hardly longer; where it is not known
+  /// what that is, twice as much as the last time, to learn it.
+  [[nodiscard]] LoadingLimit limit(double seconds_left, bool is_first) const;
 
 private:
-  static constexpr double kMostMore = 4;
-  double most_ = 0, affordable_ = std::numeric_limits<double>::infinity();
+  mutable std::mutex mutex_;
+  double most_ = 0;
+  double last_work_ = 0, last_seconds_ = 0;
+  double seconds_ = 0, seconds_per_work_ = 0;
+  bool knows_both_ = false; ///< else all is taken for the latter
 };
 
 /// A closed set of blocks to be loaded together, as it is gathered.
@@ -36,14 +47,14 @@ public:
       : needs_(needs), loaded_(loaded), start_(start), blocks_(std::move(start)) {}
 
   /// Adds a block and what it needs, and returns all that was added: nothing where the block is there already, or where
-  /// it needs what is in `lost`. Adds nothing and returns nullopt where `pace` has no time for them; null: there is.
+  /// it needs what is in `lost`. Adds nothing and returns nullopt where `limit` does not allow it; null: there is none.
   [[nodiscard]] std::optional<std::vector<std::uint32_t>> add(std::uint32_t block, const BlockSet& lost,
-                                                              const PaceOfLoading* pace);
+                                                              const LoadingLimit* limit);
   /// Takes out again what was added and is not loaded: no work is left.
   void keep_loaded();
 
   [[nodiscard]] const BlockSet& blocks() const { return blocks_; }
-  /// What it takes to load those that are not loaded. See PaceOfLoading.
+  /// What it takes to load those that are not loaded. See LoadingLimit.
   [[nodiscard]] double work() const { return work_; }
 
 private:

@@ -280,7 +280,8 @@ TEST_CASE("a session reads as much as there is time for, and gets there") {
       CHECK(difference(session, session.update(s.requests[i]), s.answers[i]) == "");
       CHECK(source->reads() == reads);
     }
-    CHECK(stopped >= s.blocks.size() / 3);
+    CHECK(stopped >= 2);
+    CHECK(stopped < s.blocks.size() / 2); // and not block by block
   }
 }
 

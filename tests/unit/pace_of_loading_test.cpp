@@ -1,40 +1,73 @@
 #include "lod/pace_of_loading.hpp"
 
+#include <algorithm>
+
 #include <catch2/catch.hpp>
 
 using namespace ptet;
 
 TEST_CASE("pace of loading: one thing first, however much it is") {
   const PaceOfLoading pace;
-  CHECK(pace.has_time_for(0, 1e6));
-  CHECK_FALSE(pace.has_time_for(1, 1));
+  for (const bool is_first : {true, false}) {
+    const LoadingLimit limit = pace.limit(1, is_first);
+    CHECK(limit.allows(0, 1e6));
+    CHECK_FALSE(limit.allows(1, 1));
+  }
 }
 
 TEST_CASE("pace of loading: more and more where there is time") {
   PaceOfLoading pace;
-  pace.note(100, 0.001, 1);
-  CHECK(pace.has_time_for(0, 5000)); // one thing more, as there is time for it
-  CHECK(pace.has_time_for(350, 50));
-  CHECK_FALSE(pace.has_time_for(350, 51));
-  pace.note(33, 0.001, 1); // a little between
-  CHECK(pace.has_time_for(350, 50));
+  pace.note(100, 0.001);
+  CHECK(pace.limit(1, false).allows(0, 5000)); // one thing more, as there is time for it
+  CHECK(pace.limit(1, false).allows(350, 50));
+  CHECK_FALSE(pace.limit(1, false).allows(350, 51));
+  pace.note(60, 0.0006); // a little between
+  CHECK(pace.limit(1, false).allows(350, 50));
 }
 
 TEST_CASE("pace of loading: what was quick is not taken for what is much") {
   PaceOfLoading pace;
-  pace.note(33, 0.001, 0.016); // a block of one record
-  CHECK(pace.has_time_for(0, 33));
-  CHECK(pace.has_time_for(0, 33 * 16));
-  CHECK_FALSE(pace.has_time_for(0, 33 * 16 + 1));
+  pace.note(33, 0.001); // a block of one record
+  const LoadingLimit limit = pace.limit(0.016, false);
+  CHECK(limit.allows(0, 33));
+  CHECK(limit.allows(0, 33 * 16));
+  CHECK_FALSE(limit.allows(0, 33 * 16 + 1));
 }
 
-TEST_CASE("pace of loading: nothing more when the time is up") {
+TEST_CASE("pace of loading: nothing more when the time is up, but one thing the first time") {
   PaceOfLoading pace;
-  pace.note(33, 0.01, 0);
-  CHECK_FALSE(pace.has_time_for(0, 1));
-  pace.note(33, 0, -1);
-  CHECK_FALSE(pace.has_time_for(0, 1));
-  CHECK(pace.has_time_for(0, 0)); // what is there
+  pace.note(33, 0.01);
+  CHECK_FALSE(pace.limit(0, false).allows(0, 1));
+  CHECK_FALSE(pace.limit(-1, false).allows(0, 1));
+  CHECK(pace.limit(0, false).allows(0, 0)); // what is there
+  CHECK(pace.limit(-1, true).allows(0, 1e6));
+}
+
+TEST_CASE("pace of loading: where every answer takes its time more is loaded at once") {
+  PaceOfLoading pace;
+  const auto seconds = [](double work) { return 0.05 + 1e-6 * work; };
+  double done = 0, work = 100;
+  int times = 0;
+  for (; done < 30000; ++times) {
+    done += work;
+    pace.note(work, seconds(work));
+    work = std::max(pace.limit(0.008, true).together, 100.0);
+    CHECK(seconds(work) < 0.1);
+  }
+  CHECK(times < 12);
+  CHECK_FALSE(pace.limit(0.008, false).allows(0, 100)); // but only the first time
+}
+
+TEST_CASE("pace of loading: where the time goes with the work there is no more of it than time, but once") {
+  PaceOfLoading pace;
+  double work = 100;
+  int passed = 0;
+  for (int i = 0; i < 20; ++i) {
+    pace.note(work, 1e-4 * work);
+    work = std::max(pace.limit(0.008, true).together, 100.0);
+    passed += work > 100 ? 1 : 0;
+  }
+  CHECK(passed <= 1);
 }
 
 TEST_CASE("part to load: blocks come with what they need, while there is time") {
@@ -45,16 +78,15 @@ TEST_CASE("part to load: blocks come with what they need, while there is time") 
   blocks[3].needs = {1};
   const BlockNeeds needs(blocks);
   const BlockSet loaded{1, 0, 0, 0}, none(4, 0);
-  PaceOfLoading pace;
-  pace.note(100, 1, 2.5);
+  const LoadingLimit limit{250, 250};
 
   PartToLoad part(needs, loaded, none);
-  CHECK(part.add(2, none, &pace) == std::vector<std::uint32_t>{2, 0});
+  CHECK(part.add(2, none, &limit) == std::vector<std::uint32_t>{2, 0});
   CHECK(part.work() == 100); // block 0 takes none
-  CHECK(part.add(0, none, &pace) == std::vector<std::uint32_t>{});
-  CHECK_FALSE(part.add(3, none, &pace)); // two blocks more, and there is time for one
+  CHECK(part.add(0, none, &limit) == std::vector<std::uint32_t>{});
+  CHECK_FALSE(part.add(3, none, &limit)); // two blocks more, and there is time for one
   CHECK(part.blocks() == BlockSet{1, 0, 1, 0});
-  CHECK(part.add(3, BlockSet{0, 1, 0, 0}, &pace) == std::vector<std::uint32_t>{});
+  CHECK(part.add(3, BlockSet{0, 1, 0, 0}, &limit) == std::vector<std::uint32_t>{});
   CHECK(part.add(3, none, nullptr) == std::vector<std::uint32_t>{3, 1});
   CHECK(part.work() == 300);
 }
