@@ -14,7 +14,7 @@ constexpr double kProjectionSlack = 1e-13; ///< of the numbers that go into a pr
 
 Point unit(const Point& a) {
   const double most = std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
-  const Point scaled = 1 / most * a; // squares of large numbers would overflow
+  const Point scaled = {a[0] / most, a[1] / most, a[2] / most}; // squares would overflow or vanish, as 1 / most may
   return 1 / norm(scaled) * scaled;
 }
 

@@ -281,7 +281,7 @@ TEST_CASE("a session reads as much as there is time for, and gets there") {
       CHECK(source->reads() == reads);
     }
     CHECK(stopped >= 2);
-    CHECK(stopped < s.blocks.size() / 2); // and not block by block
+    if (delay_ms > 0) CHECK(stopped < s.blocks.size() / 2); // not block by block
   }
 }
 
