@@ -65,6 +65,8 @@ public:
 
   [[nodiscard]] std::size_t position() const { return position_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }
+  /// In the file.
+  [[nodiscard]] std::uint64_t offset() const { return compressed_ ? file_offset_ : file_offset_ + position_; }
 
   template <class T>
   [[nodiscard]] T get(std::string_view name) {
@@ -129,7 +131,6 @@ public:
   }
 
 private:
-  [[nodiscard]] std::uint64_t offset() const { return compressed_ ? file_offset_ : file_offset_ + position_; }
   void need(std::size_t count, std::string_view name) const {
     if (count > remaining()) fail("it ends within " + std::string(name));
   }

@@ -122,7 +122,8 @@ std::vector<std::byte> expand(const Section& section, std::vector<std::byte> sto
 }
 
 FixedHeader parse_header(ByteReader& in) {
-  if (in.get_text(kMagic.size(), "magic") != kMagic) in.fail("this is not a .ptet file");
+  if (const std::uint64_t begin = in.offset(); in.get_text(kMagic.size(), "magic") != kMagic)
+    throw Error(ErrorCode::kCorruptFile, "this is not a .ptet file", begin);
   if (const auto version = in.get<std::uint32_t>("version"); version != kVersion) {
     in.fail("version " + std::to_string(version) + " is unknown; this program reads version 1");
   }

@@ -23,7 +23,7 @@ bool is_finite(const Point& p) {
 void check_bound(const Bound& bound, const char* what, const std::string& name = {}) {
   if (!(bound.value >= 0) || !std::isfinite(bound.value))
     refuse_request("the bound on " + std::string(what) + (name.empty() ? "" : " '" + name + "'") + " is " +
-                   number_text(bound.value) + "; it must be a number that is not negative");
+                   number_text(bound.value) + "; it must be finite and not negative");
 }
 
 // ---- regions ----
@@ -62,7 +62,7 @@ Region checked(const Sphere& sphere) {
   if (!is_finite(sphere.centre)) refuse_request("the centre of a focus sphere is not finite");
   if (!(sphere.radius >= 0) || !std::isfinite(sphere.radius))
     refuse_request("the radius of a focus sphere is " + number_text(sphere.radius) +
-                   "; it must be a number that is not negative");
+                   "; it must be finite and not negative");
   return sphere;
 }
 
@@ -102,7 +102,11 @@ std::size_t code_of(const std::string& field, const file::Header& header) {
   for (const file::ArrayInfo& array : header.arrays)
     if (array.name == field)
       refuse_request("field '" + field + "' has no errors in this file: it did not govern the build");
-  refuse_request("there is no field '" + field + "' in this file");
+  std::string known;
+  for (const std::size_t i : governing)
+    known += (known.empty() ? "'" : ", '") + header.arrays[i].name + "'";
+  refuse_request("there is no field '" + field + "' in this file; " +
+                 (known.empty() ? "none has errors" : "those with errors are " + known));
 }
 
 void apply_field_bound(const FieldBound& asked, double factor, const file::Header& header, CodeLimits& limits) {
@@ -184,7 +188,7 @@ Camera camera(const View& view) {
   if (view.width == 0 || view.height == 0) refuse_request("the picture of the view has no pixels");
   if (!(view.max_pixels >= 0) || !std::isfinite(view.max_pixels))
     refuse_request("the error of the view is " + number_text(view.max_pixels) +
-                   " pixels; it must be a number that is not negative");
+                   " pixels; it must be finite and not negative");
   if (!(view.outside >= 1))
     refuse_request("the factor outside the view is " + number_text(view.outside) + "; it must be at least 1");
   return Camera(view);
@@ -207,12 +211,19 @@ WantBounded bounded(const Request& request, const ResolvedRequest& resolved, con
   return want;
 }
 
+void add_focus(const Focus& focus, const file::Header& header, ResolvedRequest& resolved) {
+  const Region region = std::visit([](const auto& shape) { return checked(shape); }, focus.region);
+  resolved.focus.push_back(region);
+  resolved.demand.promised.add(inside(region, focus, header));
+  if (focus.falloff) resolved.demand.wished.add(near(region, focus, header));
+}
+
 Budgets budgets(const Request& request) {
   Budgets budgets{request.max_tets, request.max_vertices, request.max_bytes, {}};
   if (request.max_milliseconds) {
     if (!(*request.max_milliseconds >= 0) || !std::isfinite(*request.max_milliseconds))
       refuse_request("the time allowed is " + number_text(*request.max_milliseconds) +
-                     " milliseconds; it must be a number that is not negative");
+                     " milliseconds; it must be finite and not negative");
     budgets.max_seconds = *request.max_milliseconds / 1000;
   }
   return budgets;
@@ -245,11 +256,13 @@ void resolve(const Request& request, const file::Header& header, ResolvedRequest
   demand.promised.clear();
   demand.wished.clear();
   resolved.focus.clear();
-  for (const Focus& focus : request.focus) {
-    const Region region = std::visit([](const auto& shape) { return checked(shape); }, focus.region);
-    resolved.focus.push_back(region);
-    demand.promised.add(inside(region, focus, header));
-    if (focus.falloff) demand.wished.add(near(region, focus, header));
+  for (std::size_t i = 0; i < request.focus.size(); ++i) {
+    try {
+      add_focus(request.focus[i], header, resolved);
+    } catch (const Error& error) {
+      if (request.focus.size() == 1) throw;
+      refuse_request("focus[" + std::to_string(i) + "]: " + error.what());
+    }
   }
   resolved.values.clear();
   for (const ValuesOfInterest& values : request.values)

@@ -109,7 +109,7 @@ class Extract(unittest.TestCase):
         near, far = ptet.Sphere((0, 0, 0), 0.2), ptet.Sphere((9, 9, 9), 0.2)
         with self.assertWarnsRegex(ptet.UnmetWarning, r"no tet of the mesh meets focus 1: the mesh is in the box \(0\.0, "):
             self.data.extract(focus=[near, far])
-        with self.assertWarnsRegex(ptet.UnmetWarning, "nothing of the mesh has the values 0 asked for"):
+        with self.assertWarnsRegex(ptet.UnmetWarning, "nothing of the mesh has the values asked for: t = 1000000"):
             self.data.extract(error="4%", values=ptet.Values("t", 1e6))
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -162,10 +162,19 @@ class Extract(unittest.TestCase):
             {"view": ptet.View((0, 0, 0), width=2**40)}, {"view": [ptet.View((0, 0, 0))]}, {"error": 10**400},
             {"focus": ptet.Sphere((0, 0, 10**400), 1)}, {"focus": ptet.Sphere((0, 0, 0), 10**400)},
             {"budget": np.array([5, 6])}, {"budget": True}, {"focus": ptet.Box("012", "345")},
-            {"view": ptet.View((0, 0, 0), width="5%")}, {"view": ptet.View((0, 0, 0), height=0)},
+            {"view": ptet.View((0, 0, 0), width="5%")}, {"view": ptet.View((0, 0, 0), height=0)}, {"error": True},
+            {"focus": ptet.OrientedBox((0, 0, 0), None)}, {"focus": ptet.OrientedBox((0, 0, 0), 3)}, {"progress": 5},
         ]:
             with self.subTest(request), self.assertRaises(ptet.ArgumentError):
                 self.data.extract(**request)
+
+    def test_what_is_refused_is_named(self):
+        good, bad = ptet.Sphere((0, 0, 0), 1), ptet.Sphere((0, 0, 0), -1)
+        with self.assertRaisesRegex(ptet.ArgumentError, r"^focus\[1\]: the radius of a focus sphere is -1; it must be finite"):
+            self.data.extract(focus=[good, bad])
+        with self.assertRaisesRegex(ptet.ArgumentError, "no field 'x' in this file; those with errors are '"):
+            self.data.extract(error={"x": 1})
+        self.data.extract(error=-0.0)
 
     def test_arrays_are_views_that_outlive_everything(self):
         cut = self.data.extract(error="5%")

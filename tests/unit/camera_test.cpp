@@ -33,6 +33,17 @@ bool sees(const Camera& camera, const Point& p) {
 
 } // namespace
 
+TEST_CASE("camera: directions may be as short or long as numbers go") {
+  for (const double length : {5e-324, 1e-309, 1.0, 1e308}) {
+    View view = plain();
+    view.direction = {0, 0, -length};
+    view.up = {0, length, 0};
+    const Camera camera(view);
+    CHECK(sees(camera, {0, 0.99, -1}));
+    CHECK_FALSE(sees(camera, {0, 1.01, -1}));
+  }
+}
+
 TEST_CASE("camera: what is in the picture") {
   const Camera camera(plain());
   CHECK(sees(camera, {0, 0, -1}));

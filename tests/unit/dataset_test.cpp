@@ -154,7 +154,9 @@ TEST_CASE("dataset: RMS errors are given where they were measured, and only ther
 
 TEST_CASE("dataset: requests that make no sense are refused, by name") {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  CHECK(refusal([](Request& r) { r.field_error = {{"density", {}}}; }) == "there is no field 'density' in this file");
+  CHECK(refusal([](Request& r) {
+          r.field_error = {{"density", {}}};
+        }).find("there is no field 'density' in this file; those with errors are '") == 0);
   CHECK(refusal([](Request& r) { r.field_error = {{"marker", {}}}; }).find("did not govern") != std::string::npos);
   CHECK(refusal([](Request& r) {
           r.field_error = {{"pressure", {-1, false}}};
@@ -190,7 +192,7 @@ TEST_CASE("dataset: requests that make no sense are refused, by name") {
   const auto of_values = [&](const ValuesOfInterest& values) {
     return refusal([&](Request& r) { r.values = {values}; });
   };
-  CHECK(of_values({"density", 0, 1}) == "there is no field 'density' in this file");
+  CHECK(of_values({"density", 0, 1}).find("there is no field 'density' in this file") == 0);
   CHECK(of_values({"marker", 0, 1}).find("did not govern") != std::string::npos);
   CHECK(of_values({"pressure", 1, 0}).find("empty") != std::string::npos);
   CHECK(of_values({"pressure", inf, inf}).find("empty") != std::string::npos);

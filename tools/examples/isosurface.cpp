@@ -36,8 +36,12 @@ std::vector<Triangle> isosurface(const ptet::TetMesh& mesh, const ptet::PointArr
 } // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4) return 2;
-  const double value = std::atof(argv[3]);
+  char* end = nullptr;
+  const double value = argc == 4 ? std::strtod(argv[3], &end) : 0;
+  if (argc != 4 || end == argv[3] || *end != '\0') {
+    std::cerr << "usage: isosurface FILE.ptet FIELD VALUE\n";
+    return 2;
+  }
   try {
     const auto data = ptet::Dataset::open(argv[1]);
     ptet::Request request;

@@ -1,5 +1,5 @@
-// What a viewer does each frame: a mesh of as many tets as the machine can draw, fine where the camera looks, made from
-// the last one by what differs; only what changed goes to the graphics card.
+// What a viewer does each frame: a mesh of as many tets as the machine can draw, sharp where the camera sees it, made
+// from the last one by what differs; only what changed goes to the graphics card.
 //
 //   viewer_loop FILE.ptet
 #include <cmath>
@@ -11,15 +11,15 @@ namespace {
 
 constexpr int kFrames = 60;
 
-/// Where the camera looks in this frame: it goes round the middle of the domain.
-ptet::Point looked_at(const ptet::DatasetInfo& info, int frame) {
+/// What the camera sees in this frame: it goes round the domain, and looks at the middle of it.
+ptet::View seen(const ptet::DatasetInfo& info, int frame) {
   const double angle_rad = 2 * 3.14159265358979 * frame / kFrames;
-  ptet::Point at{};
+  ptet::View view;
+  view.direction = {-std::cos(angle_rad), -std::sin(angle_rad), -0.5};
+  view.up = {0, 0, 1};
   for (std::size_t i = 0; i < 3; ++i)
-    at[i] = (info.box_min[i] + info.box_max[i]) / 2;
-  at[0] += std::cos(angle_rad) * (info.box_max[0] - info.box_min[0]) / 3;
-  at[1] += std::sin(angle_rad) * (info.box_max[1] - info.box_min[1]) / 3;
-  return at;
+    view.eye[i] = (info.box_min[i] + info.box_max[i]) / 2 - 0.5 * info.diagonal * view.direction[i];
+  return view;
 }
 
 /// Stands for the graphics card's copy of the tets.
@@ -41,7 +41,8 @@ int main(int argc, char** argv) {
     std::vector<std::array<std::uint32_t, 4>> on_card;
     for (int frame = 0; frame < kFrames; ++frame) {
       ptet::Request request;
-      request.focus.push_back({ptet::Sphere{looked_at(info, frame), 0.05 * info.diagonal}});
+      request.view = seen(info, frame);                  // to a pixel,
+      request.field_error.push_back({"", {1e-3, true}}); // and so in its fields, as far as the tets go:
       request.max_tets = info.tets / 4;
       request.max_milliseconds = 8; // what is not done by then the next frame does
       const ptet::SessionUpdate& update = session.update(request);

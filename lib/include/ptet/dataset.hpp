@@ -59,7 +59,7 @@ struct DatasetInfo {
   /// several values, and errors are those of each part by itself.
   bool overlaps_itself = false;
   std::vector<FieldInfo> fields;
-  Point box_min{}; ///< of the original's bounding box, mesh units
+  Point box_min{}; ///< of the bounding box of the original's tets, mesh units
   Point box_max{};
   double diagonal = 0; ///< of that box: what relative domain errors refer to
   /// The largest of any level, one per governing field, in the order of `fields`: no mesh of the file has a larger one.

@@ -134,7 +134,7 @@ typedef struct ptet_dataset_info {
   uint64_t file_bytes;
   uint32_t fields; /* point arrays, see ptet_dataset_get_field */
   ptet_scalar_type position_type;
-  double box_min[3]; /* of the domain, mesh units */
+  double box_min[3]; /* of the domain, which vertices in no tet are not part of, mesh units */
   double box_max[3];
   double diagonal;           /* of that box: what relative domain errors refer to */
   double max_domain_error;   /* the largest of any level, mesh units */
@@ -265,7 +265,7 @@ typedef struct ptet_view {
   double outside;    /* outside the picture errors may be so many times those allowed in it; >= 1; 0 or INFINITY:
                         nothing is asked there */
 } ptet_view;
-/* The struct is copied. */
+/* The struct is copied. Bounds on errors hold no more outside the picture, but for `outside`. */
 ptet_status ptet_request_set_view(ptet_request* request, const ptet_view* view, ptet_error** error);
 /* Not 0: also say which record made each tet (ptet_extraction_made_by), which reads all of the file. */
 ptet_status ptet_request_set_origins(ptet_request* request, int32_t origins, ptet_error** error);

@@ -58,7 +58,8 @@ struct Focus {
   ///   relative  every governing field may be off by this fraction of its range, the boundary by this fraction of the
   ///             diagonal
   ///   absolute  every governing field may be off by this, in its units; the boundary by the fraction of the diagonal
-  ///             that this is of the largest range of a governing field
+  ///             that this is of the largest range of a governing field, or by nothing where none governs or has a
+  ///             range
   Bound error{0, true};
   /// Outside the region the error may grow with the distance: of a tet whose nearest point is `distance` away from the
   /// region, error + falloff * distance / diagonal is allowed. None: nothing is asked outside.
@@ -82,13 +83,15 @@ struct View {
   std::uint32_t height = 1080;                 ///< pixels
   /// Largest domain error, in pixels: as seen from the eye no boundary point in the picture is further from its place.
   double max_pixels = 1;
-  /// Outside the picture errors may be so many times those allowed in it; >= 1. Infinity: nothing is asked there.
+  /// Outside the picture errors may be so many times those allowed in it, by pixels and by Request's bounds; >= 1.
+  /// Infinity: nothing is asked there.
   double outside = std::numeric_limits<double>::infinity();
 };
 
 /// Left as it is, it asks for the original mesh.
 struct Request {
-  /// The largest field errors allowed; where two bounds are on one field the smaller holds.
+  /// The largest field errors allowed; where two bounds are on one field the smaller holds. With values of interest or
+  /// a view these bounds and the next hold only where those say.
   std::vector<FieldBound> field_error;
   /// The largest distance allowed between the boundary of the mesh and that of the original, either way.
   std::optional<Bound> domain_error;
@@ -124,7 +127,8 @@ struct Request {
   /// values, widened by the tet's error, reach into the interval. So neither the isosurface of the mesh nor that of the
   /// original runs where the bounds do not hold. With no bounds these tets are original ones.
   std::vector<ValuesOfInterest> values;
-  /// Where given, what the picture shows is sharp to View::max_pixels, besides the bounds on errors.
+  /// Where given, what the picture shows is sharp to View::max_pixels, besides the bounds on errors. These hold no more
+  /// outside the picture, but for View::outside: the errors of the whole mesh may pass them.
   std::optional<View> view;
 
   /// Also tell which record made each tet (Extraction::made_by, Session::made_by()), and state the errors achieved as

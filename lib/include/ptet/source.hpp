@@ -19,8 +19,9 @@ public:
   /// Bytes in all; the same at every call.
   virtual std::uint64_t size() = 0;
   /// Fills all of `into` with the bytes from `offset` on; `offset + into.size() <= size()`.
-  /// When it cannot, it throws any std::exception; what it says goes into the error or BlockFailure that follows. It
-  /// must not ask the dataset that it is read for: Error(kBadArgument).
+  /// When it cannot, it throws any std::exception; what it says goes into the error or BlockFailure that follows, but
+  /// std::bad_alloc, which goes through to who asked. It must not ask the dataset that it is read for:
+  /// Error(kBadArgument).
   virtual void read(std::uint64_t offset, std::span<std::byte> into) = 0;
 };
 
@@ -47,8 +48,10 @@ struct OpenOptions {
   std::uint64_t memory_limit = 0;
   /// A thread of the dataset reads and decodes. extract() does not wait for it but answers with what is there, see
   /// LimitedBy::kLoading; only what Request::input_order takes it reads itself. A block that could not be read is not
-  /// tried again for a second, however often it is asked for. A forked process does not have the
-  /// thread, and every question is an Error(kIo) there: it opens the file anew.
+  /// tried again for a second, however often it is asked for. Whoever lets the last reference to the dataset or its
+  /// sessions go waits until a read that is under way has ended; a source that may hang has to have a time limit. A
+  /// forked process does not have the thread, and every question is an Error(kIo) there: it opens the file anew.
+  /// Best for a viewer whose source takes long to answer: without it Request::max_milliseconds cannot be kept.
   bool background = false;
   /// Blocks so many bytes or less apart in the file are read by one request, with what is between them. For a server
   /// that takes 50 ms to answer a request and sends 10 MB/s some 500,000 are best.

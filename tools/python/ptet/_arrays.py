@@ -57,6 +57,13 @@ def as_tets(given: npt.ArrayLike, vertices: int) -> Array:
     return np.ascontiguousarray(array, dtype=np.uint32)
 
 
+def as_callback(given: Any) -> Any:
+    """None, or what can be called."""
+    if given is not None and not callable(given):
+        raise ArgumentError(f"progress {given!r}: it cannot be called")
+    return given
+
+
 def as_whole(given: Any, least: int, most: int, what: str, wanted: str = "") -> int:
     """A whole number in a range. `wanted`: what the range is in words."""
     try:

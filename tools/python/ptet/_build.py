@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._arrays import as_fields, as_points, as_tets, as_text, as_whole
+from ._arrays import as_callback, as_fields, as_points, as_tets, as_text, as_whole
 from ._dataset import Dataset, open as open_file
 from ._errors import ArgumentError
 from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse_field_bounds, parse_number
 
 ProgressCallback = Callable[[str, int, int], Any]
 """Called with a stage such as "collapsing", how much of it is done, and of how much (0: unknown), some 20 times a
-second at most, from the thread that called. Returning False cancels: Cancelled is raised. What it raises comes
+second at most, from the thread that called. Returning False, not 0 or None, cancels: Cancelled is raised. What it raises comes
 through."""
 
 PathLike = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
@@ -230,8 +230,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
     path = None if out is None else os.fsdecode(out)
     bounds = [(name, value, relative) for name, (value, relative) in
               parse_field_bounds(max_field_error, "max_field_error")]
-    if progress is not None and not callable(progress):
-        raise ArgumentError(f"progress {progress!r}: it cannot be called")
+    as_callback(progress)
     data, report = _core.build(
         point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target,
@@ -324,7 +323,8 @@ def validate(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, np
     """
     point_rows = as_points(points)
     vertices = len(point_rows)
-    report = _core.validate(point_rows, as_tets(tets, vertices), as_fields(fields, vertices), progress)
+    report = _core.validate(point_rows, as_tets(tets, vertices), as_fields(fields, vertices),
+                            as_callback(progress))
     report["fields"] = [FieldSummary(*field) for field in report["fields"]]
     report["findings"] = [Finding(*finding) for finding in report["findings"]]
     return MeshReport(**report)

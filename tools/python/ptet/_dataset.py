@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._arrays import as_whole
+from ._arrays import as_callback, as_whole
 from ._errors import ArgumentError, FileError, FormatError, LimitError, UnmetWarning
 from ._extraction import Extraction
-from ._request import Bound, Budget, ErrorBounds, Region, Values, View, make_request
+from ._request import Bound, Budget, ErrorBounds, Region, Values, View, as_list, make_request
 
 if TYPE_CHECKING:
     from ._session import Session
@@ -148,14 +148,15 @@ class Dataset:
                 there, whatever else is asked.
             values: where given, bounds hold only where a field may take these; with no bound the tets there are
                 original ones.
-            view: what a camera sees is sharp to so many pixels.
+            view: what a camera sees is sharp to so many pixels. Outside the picture the bounds hold no more, but for its
+                `outside`.
             budget: a Budget, or a number of tets; refining stops where it would be passed. With no bounds that is the
                 mesh with the smallest error that the builder had at that size.
             origins: fills Extraction.made_by, and states errors as tightly as they are known. Reads all of the file.
             input_order: vertices in the order of the mesh that the file was built from, and, where all of it is there,
                 its tets and their corners, too, however oriented: what was given, byte for byte. Fills
                 Extraction.input_vertex. Only of a file that keeps it: `build(keep_order=True)`.
-            progress: called as of `build`; returning False raises Cancelled.
+            progress: called as of `build`; returning False, not 0 or None, raises Cancelled.
 
         Warns:
             UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has. Not where the answer is
@@ -166,25 +167,26 @@ class Dataset:
             MemoryError; and unless the dataset was opened with `salvage`, where blocks cannot be had: FormatError,
             FileError, LimitError (memory). Ctrl-C raises KeyboardInterrupt.
         """
+        intervals: list[Values] = as_list(values, (Values,), "values")  # type: ignore[assignment]
         request = make_request(self.info.vertices, self.info.tets, error=error, domain_error=domain_error, focus=focus,
-                               values=values, view=view, budget=budget, origins=origins)
+                               values=intervals, view=view, budget=budget, origins=origins)
         request.input_order = bool(input_order)
-        core = self._core.extract(request, progress)
+        core = self._core.extract(request, as_callback(progress))
         extraction = Extraction(core, self.info, origins, request.input_order)
         if not (extraction.complete or self.salvage):
             _raise_shortfall(extraction, self.info)
         if extraction.complete and extraction.limited_by not in ("time", "budget"):
-            self._warn_of_unmet(request, core)
+            self._warn_of_unmet(request, core, intervals)
         return extraction
 
-    def _warn_of_unmet(self, request: _core.Request, core: _core.Extraction) -> None:
+    def _warn_of_unmet(self, request: _core.Request, core: _core.Extraction, wanted: list[Values]) -> None:
         focus, values = _core.unmet_wishes(request, core)
         if focus:
             warnings.warn(f"no tet of the mesh meets focus {_places(focus)}: the mesh is in the box "
                           f"{self.info.box_min} to {self.info.box_max}", UnmetWarning, stacklevel=3)
         if values:
-            warnings.warn(f"nothing of the mesh has the values {_places(values)} asked for", UnmetWarning,
-                          stacklevel=3)
+            texts = ", ".join(_interval(wanted[i]) for i in values)
+            warnings.warn(f"nothing of the mesh has the values asked for: {texts}", UnmetWarning, stacklevel=3)
 
     def session(self) -> Session:
         """A mesh that follows its requests, beginning with the coarsest. See Session."""
@@ -220,12 +222,18 @@ class Dataset:
     def wait_until_loaded(self, *, progress: Optional[Callable[[str, int, int], Any]] = None) -> None:
         """Waits until the blocks that extractions asked for are there, or found not to be had; see `background` of
         `ptet.open`. Where the next extraction is still limited by "loading", wait and ask again."""
-        self._core.wait_until_loaded(progress)
+        self._core.wait_until_loaded(as_callback(progress))
 
     def __repr__(self) -> str:
         names = ", ".join(field.name for field in self.info.fields)
         return (f"<ptet.Dataset: {self.info.vertices} vertices, {self.info.tets} tets, "
                 f"fields {names or 'none'}, {self.info.file_bytes} bytes>")
+
+
+def _interval(values: Values) -> str:
+    if values.max is None or values.max == values.min:
+        return f"{values.field} = {values.min}"
+    return f"{values.field} from {values.min} to {values.max}"
 
 
 def _places(indices: list[int]) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Union
 
+import numpy as np
+
 from . import _core
 from ._arrays import as_text, as_whole
 from ._errors import ArgumentError
@@ -26,10 +28,12 @@ def parse_bound(bound: Bound, what: str) -> tuple[float, bool]:
     """The value, and whether it is relative."""
     relative = isinstance(bound, str) and bound.endswith("%")
     try:
+        if isinstance(bound, (bool, np.bool_)):
+            raise TypeError
         value = float(bound[:-1]) / 100 if isinstance(bound, str) and relative else float(bound)
     except (TypeError, ValueError, OverflowError):
         raise ArgumentError(f"{what} {bound!r}: a number is wanted, or a percentage such as '2%'") from None
-    if not (math.isfinite(value) and math.copysign(1, value) > 0):
+    if not (math.isfinite(value) and value >= 0):
         raise ArgumentError(f"{what} {bound!r}: a finite number that is not negative is wanted")
     return value, relative
 
@@ -41,7 +45,8 @@ def parse_count(count: Count, total: int, what: str) -> int:
         if share > 1:
             raise ArgumentError(f"{what} {count!r}: a percentage from 0% to 100% is wanted")
         return math.floor(share * total * (1 + 2**-51))  # 29% of 100 is 29
-    return as_whole(count, 0, 2**63 - 1, what, "a whole number, or a percentage such as '5%',")
+    return as_whole(count, 0, 2**63 - 1, what,
+                    "a whole number that is not negative, or a percentage such as '5%',")
 
 
 def _vector(values: Vector, what: str) -> list[float]:
@@ -155,7 +160,8 @@ class View:
         vertical_angle: of the whole picture, radians, below pi (30 degrees).
         width, height: of the picture, pixels.
         max_pixels: largest domain error as seen from the eye, pixels.
-        outside: what cannot be seen may have so many times the errors, >= 1; infinity: nothing is asked there.
+        outside: what cannot be seen may have so many times the errors, those by bounds, too, >= 1; infinity: nothing is
+            asked there.
     """
 
     eye: Vector
@@ -220,6 +226,8 @@ def _add_region(request: _core.Request, region: Region) -> None:
     if isinstance(region, Box):
         request.add_box(_vector(region.min, "min of a Box"), _vector(region.max, "max of a Box"), error, falloff)
     elif isinstance(region, OrientedBox):
+        if not isinstance(region.half_axes, Iterable):
+            raise ArgumentError(f"half_axes of an OrientedBox: three are wanted, not {region.half_axes!r}")
         axes = [_vector(axis, "half axis of an OrientedBox") for axis in region.half_axes]
         if len(axes) != 3:
             raise ArgumentError(f"half_axes of an OrientedBox: three are wanted, not {len(axes)}")
@@ -254,12 +262,12 @@ def _set_budget(request: _core.Request, budget: Budget | int, vertices: int, tet
     if budget.vertices is not None:
         request.max_vertices = parse_count(budget.vertices, vertices, "vertices of a Budget")
     if budget.bytes is not None:
-        request.max_bytes = as_whole(budget.bytes, 0, 2**63 - 1, "bytes of a Budget", "a whole number")
+        request.max_bytes = as_whole(budget.bytes, 0, 2**63 - 1, "bytes of a Budget")
     if budget.milliseconds is not None:
         request.max_milliseconds = parse_number(budget.milliseconds, "milliseconds of a Budget")
         if not math.isfinite(request.max_milliseconds):
-            raise ArgumentError(f"the time allowed is {request.max_milliseconds} milliseconds; it must be a number "
-                                "that is not negative")
+            raise ArgumentError(f"the time allowed is {request.max_milliseconds} milliseconds; it must be finite and "
+                                "not negative")
 
 
 def make_request(vertices: int, tets: int, *, error: ErrorBounds | None, domain_error: Bound | None,
