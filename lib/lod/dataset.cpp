@@ -11,6 +11,8 @@
 #include <chrono>
 #include <limits>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace ptet {
 namespace {
@@ -81,7 +83,15 @@ std::shared_ptr<const Dataset> Dataset::open(std::shared_ptr<ByteSource> source,
 }
 
 std::shared_ptr<const Dataset> Dataset::open(const std::string& path, const OpenOptions& options) {
-  return open(file::open_file(path), options);
+  std::shared_ptr<ByteSource> source = file::open_file(path);
+  try {
+    return open(std::move(source), options);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kIo) throw; // names the path
+    const std::string what = "'" + path + "': " + std::string(error.reason());
+    if (error.byte_offset()) throw Error(error.code(), what, *error.byte_offset());
+    throw Error(error.code(), what);
+  }
 }
 
 std::shared_ptr<const Dataset> Dataset::open_memory(std::vector<std::byte> bytes, const OpenOptions& options) {

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace ptet::cli {
 
@@ -42,8 +43,9 @@ decltype(auto) about_file(const std::string& path, F&& f) {
   try {
     return f();
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kCorruptFile) throw;
-    throw Error(error.code(), "'" + path + "': " + error.what());
+    const std::string name = "'" + path + "': ";
+    if (error.code() != ErrorCode::kCorruptFile || std::string_view(error.what()).starts_with(name)) throw;
+    throw Error(error.code(), name + error.what());
   }
 }
 
