@@ -35,7 +35,7 @@ BlockNeeds::BlockNeeds(const std::vector<file::BlockInfo>& blocks)
       ++needed_by_begin_[needed + 1];
   std::partial_sum(needed_by_begin_.begin(), needed_by_begin_.end(), needed_by_begin_.begin());
   needed_by_.resize(needed_by_begin_.back());
-  std::vector<std::uint32_t> next(needed_by_begin_.begin(), needed_by_begin_.end() - 1);
+  std::vector<std::size_t> next(needed_by_begin_.begin(), needed_by_begin_.end() - 1);
   for (std::uint32_t b = 0; b < blocks.size(); ++b)
     for (const std::uint32_t needed : blocks[b].needs)
       needed_by_[next[needed]++] = b;
@@ -77,7 +77,7 @@ void BlockNeeds::leave_out(BlockSet& set, std::vector<std::uint32_t> out, const 
     const std::uint32_t b = out.back();
     out.pop_back();
     if (kept[b] != 0 || std::exchange(set[b], 0) == 0) continue;
-    for (std::uint32_t i = needed_by_begin_[b]; i < needed_by_begin_[b + 1]; ++i)
+    for (std::size_t i = needed_by_begin_[b]; i < needed_by_begin_[b + 1]; ++i)
       out.push_back(needed_by_[i]);
   }
 }

@@ -35,8 +35,8 @@ public:
 
 private:
   const std::vector<file::BlockInfo>& blocks_;
-  std::vector<std::uint32_t> needed_by_;       ///< for one block after the other those that need it
-  std::vector<std::uint32_t> needed_by_begin_; ///< by block, and the end
+  std::vector<std::uint32_t> needed_by_;     ///< for one block after the other those that need it
+  std::vector<std::size_t> needed_by_begin_; ///< by block, and the end
 };
 
 } // namespace ptet

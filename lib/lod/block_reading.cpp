@@ -53,10 +53,9 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
   }
   std::uint64_t tets = hierarchy_.header().base_tet_count;
   PaceOfLoading& pace = hierarchy_.loader().pace();
-  bool is_first = true;
   for (std::size_t next = 0; next < order.size() && !is_time_up_;) {
     const auto begin = Clock::now();
-    const LoadingLimit limit = pace.limit(seconds_left(tets), is_first);
+    const LoadingLimit limit = pace.limit(seconds_left(tets), !has_loaded_);
     PartToLoad part(hierarchy_.loader().needs(), loaded, set);
     for (; next < order.size(); ++next) {
       if (is_late(tets)) {
@@ -79,7 +78,7 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
     for (std::size_t b = 0; b < lost.size(); ++b)
       if (part.blocks()[b] != set[b]) lost[b] = 1;
     if (part.work() == 0) continue;
-    is_first = false;
+    has_loaded_ = true;
     if (waits && part.blocks() == set)
       pace.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count());
   }

@@ -60,6 +60,7 @@ private:
   const Clock::time_point begin_ = Clock::now();
   const Loader::Turn turn_;
   bool is_time_up_ = false;
+  bool has_loaded_ = false; ///< or tried to, what was not there
 };
 
 } // namespace ptet

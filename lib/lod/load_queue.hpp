@@ -52,7 +52,8 @@ public:
   /// The same, and waits for the part that is being served.
   void finish();
   [[nodiscard]] bool is_stopped() const { return is_stopped_; }
-  [[nodiscard]] bool is_own_thread() const { return std::this_thread::get_id() == thread_.get_id(); }
+  /// In a forked process, where the queue's thread is not, another may have its number.
+  [[nodiscard]] bool is_own_thread() const { return !is_orphaned() && std::this_thread::get_id() == thread_.get_id(); }
   /// Whoever owns the queue, and how it goes.
   using Owner = std::unique_ptr<void, void (*)(void* owner)>;
   /// To be called by what serves, where nobody else knows the owner any more: no more parts are served, and at its end

@@ -351,7 +351,7 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched, Cancellation* cance
   BlockSet target = content_.block_loaded;
   for (const file::FetchedBlock& block : fetched)
     target[block.block] = 1;
-  if (cancellation != nullptr) alone([&] { reader_.expect(fetched, content_); });
+  alone([&] { reader_.expect(fetched, content_); });
   auto parts = parts_of(std::move(fetched), content_.block_loaded,
                         cancellation != nullptr ? kBlocksBetweenLooks : needs_.size());
   for (std::vector<file::FetchedBlock>& part : parts) {
@@ -429,6 +429,7 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
   content_.positions.bytes = std::vector<std::byte>(); // {} would keep its memory
   content_.arrays = {};
   content_ = reader_.read_base();
+  reader_.expect(fetched, content_);
   BlockSet loaded(needs_.size(), 0);
   for (std::vector<file::FetchedBlock>& part : parts_of(std::move(fetched), loaded, needs_.size())) {
     for (const file::FetchedBlock& block : part)

@@ -11,13 +11,11 @@ double work_of(const file::BlockInfo& block) {
   return kRecordsOfBlock + block.record_count;
 }
 
-/// What is read at once is compared where one is so many times the other.
-constexpr double kOther = 2;
-/// Of what a loading took at least this part is for what was loaded: what was quick is not taken for nothing.
-constexpr double kLeastForWork = 1.0 / 16;
 constexpr double kMostMore = 4;
-/// So much longer is hardly longer.
-constexpr double kHardly = 0.25;
+/// How much more is tried, and from when on it counts as more.
+constexpr double kTried = 2, kMore = 1.5;
+/// So many times the pace is much the quicker way.
+constexpr double kMuchQuicker = 1.5;
 
 } // namespace
 
@@ -25,17 +23,16 @@ void PaceOfLoading::note(double work, double seconds) {
   const std::lock_guard guard(mutex_);
   seconds = std::max(seconds, 1e-9);
   most_ = std::max(most_, work);
-  const double foreseen = seconds_ + seconds_per_work_ * work;
-  if (last_work_ > 0 && (work >= kOther * last_work_ || last_work_ >= kOther * work)) {
-    const double per_work = (seconds - last_seconds_) / (work - last_work_);
-    seconds_per_work_ = std::clamp(per_work, kLeastForWork * seconds / work, seconds / work);
-    seconds_ = seconds - seconds_per_work_ * work;
-    knows_both_ = true;
-  } else if (last_work_ > 0) {
-    seconds_ *= seconds / foreseen;
-    seconds_per_work_ *= seconds / foreseen;
+  if (last_work_ == 0 || work <= kMore * last_work_) {
+    if (wait_ > 0) --wait_;
+    if (wait_ == 0) first_work_ = std::max(first_work_, kTried * work);
+  } else if (work / seconds >= kMuchQuicker * last_work_ / last_seconds_) {
+    first_work_ = kTried * work;
+    next_wait_ = kWaits;
   } else {
-    seconds_per_work_ = seconds / work;
+    first_work_ = last_work_;
+    wait_ = next_wait_;
+    next_wait_ *= 2;
   }
   last_work_ = work;
   last_seconds_ = seconds;
@@ -43,11 +40,11 @@ void PaceOfLoading::note(double work, double seconds) {
 
 LoadingLimit PaceOfLoading::limit(double seconds_left, bool is_first) const {
   const std::lock_guard guard(mutex_);
-  if (most_ == 0) return {};
-  const double affordable = std::max(seconds_left - seconds_, 0.0) / seconds_per_work_;
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  if (most_ == 0) return {is_first || seconds_left > 0 ? kAny : 0, 0}; // none could be had so far
+  const double affordable = std::max(seconds_left, 0.0) / last_seconds_ * last_work_;
   if (!is_first) return {affordable, std::min(affordable, kMostMore * most_)};
-  const double hardly_longer = knows_both_ ? kHardly * seconds_ / seconds_per_work_ : kOther * last_work_;
-  return {std::numeric_limits<double>::infinity(), std::min(std::max(affordable, hardly_longer), kMostMore * most_)};
+  return {kAny, std::min(std::max(affordable, first_work_), kMostMore * most_)};
 }
 
 std::optional<std::vector<std::uint32_t>> PartToLoad::add(std::uint32_t block, const BlockSet& lost,

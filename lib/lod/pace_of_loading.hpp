@@ -21,22 +21,23 @@ struct LoadingLimit {
   }
 };
 
-/// Learns from each loading what the next ones take: so long however little it is, as where a server must answer, and
-/// so much more for what it is. Thread rule: any.
+/// Learns from each loading how much the next ones may be. Thread rule: any.
 class PaceOfLoading {
 public:
   void note(double work, double seconds);
-  /// For whoever has so many seconds left. At most four times as much as was ever loaded at once. The first time that
-  /// he loads at least one thing, whatever it is, and so much with it as takes hardly longer; where it is not known
-  /// what that is, twice as much as the last time, to learn it.
+  /// For whoever has so many seconds left: what that is enough for at the pace of the last loading, and at most four
+  /// times as much as was ever loaded at once. The first time at least one thing, whatever it is. Where that takes more
+  /// time than there is, as where a server answers late however little is asked, twice as much as the last time, as
+  /// long as that is much the quicker way; where it is not, it is tried again later, and later each time.
   [[nodiscard]] LoadingLimit limit(double seconds_left, bool is_first) const;
 
 private:
+  static constexpr unsigned kWaits = 2;
+
   mutable std::mutex mutex_;
-  double most_ = 0;
-  double last_work_ = 0, last_seconds_ = 0;
-  double seconds_ = 0, seconds_per_work_ = 0;
-  bool knows_both_ = false; ///< else all is taken for the latter
+  double most_ = 0, last_work_ = 0, last_seconds_ = 0;
+  double first_work_ = 0;                  ///< whatever the time is
+  unsigned wait_ = 0, next_wait_ = kWaits; ///< loadings until more is tried
 };
 
 /// A closed set of blocks to be loaded together, as it is gathered.

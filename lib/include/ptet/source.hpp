@@ -49,9 +49,10 @@ struct OpenOptions {
   /// A thread of the dataset reads and decodes. extract() does not wait for it but answers with what is there, see
   /// LimitedBy::kLoading; only what Request::input_order takes it reads itself. A block that could not be read is not
   /// tried again for a second, however often it is asked for. Whoever lets the last reference to the dataset or its
-  /// sessions go waits until a read that is under way has ended; a source that may hang has to have a time limit. A
-  /// forked process does not have the thread, and every question is an Error(kIo) there: it opens the file anew.
-  /// Best for a viewer whose source takes long to answer: without it Request::max_milliseconds cannot be kept.
+  /// sessions go waits until a read that is under way has ended, but within that read itself, where the thread lets the
+  /// dataset go at its end; a source that may hang has to have a time limit. A forked process does not have the thread,
+  /// and every question is an Error(kIo) there: it opens the file anew. Best for a viewer whose source takes
+  /// long to answer: without it Request::max_milliseconds cannot be kept.
   bool background = false;
   /// Blocks so many bytes or less apart in the file are read by one request, with what is between them. For a server
   /// that takes 50 ms to answer a request and sends 10 MB/s some 500,000 are best.

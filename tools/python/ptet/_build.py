@@ -18,8 +18,8 @@ from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse
 
 ProgressCallback = Callable[[str, int, int], Any]
 """Called with a stage such as "collapsing", how much of it is done, and of how much (0: unknown), some 20 times a
-second at most, from the thread that called. Returning False, not 0 or None, cancels: Cancelled is raised. What it raises comes
-through."""
+second at most, from the thread that called. Returning False, not 0 or None, cancels: Cancelled is raised. What it
+raises comes through."""
 
 PathLike = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
 

@@ -251,8 +251,8 @@ def _raise_shortfall(extraction: Extraction, info: DatasetInfo) -> None:
         kind = FileError if first.retriable else FormatError
         raise kind(f"{what}{blocks} failed, {first.message}{hint}", first.offset)
     if extraction.limited_by == "memory":
-        raise LimitError(f"{what}its blocks do not fit the limit of memory; {info.memory_for_all} bytes are enough for "
-                         f"all of the file{hint}")
+        raise LimitError(f"{what}its blocks do not fit the limit of memory; max_bytes={info.memory_for_all} is enough "
+                         f"for all of the file{hint}")
 
 
 Source = Union[str, "os.PathLike[str]", "os.PathLike[bytes]", bytes, bytearray, memoryview, "npt.NDArray[Any]",
