@@ -9,8 +9,12 @@ namespace ptet {
 
 BlockReading::BlockReading(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress)
     : hierarchy_(hierarchy), request_(request), progress_(progress), cancellation_(progress),
-      turn_(hierarchy.loader(), until(), cancellation()) {
-  cancellation_.check();
+      begin_(begin(cancellation_)), turn_(hierarchy.loader(), until(), cancellation()) {}
+
+/// Nobody waits for the turn of what is cancelled already.
+BlockReading::Clock::time_point BlockReading::begin(Cancellation& cancellation) {
+  cancellation.check();
+  return Clock::now();
 }
 
 void BlockReading::read(BlockSet& set, BlockSet& missing) {

@@ -44,6 +44,7 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
 
+  [[nodiscard]] static Clock::time_point begin(Cancellation& cancellation);
   [[nodiscard]] std::optional<Clock::time_point> until() const;
   [[nodiscard]] Cancellation* cancellation() { return progress_ ? &cancellation_ : nullptr; }
   [[nodiscard]] double seconds_left(std::uint64_t tets) const;
@@ -57,7 +58,7 @@ private:
   const ResolvedRequest& request_;
   const ProgressCallback& progress_;
   Cancellation cancellation_;
-  const Clock::time_point begin_ = Clock::now();
+  const Clock::time_point begin_;
   const Loader::Turn turn_;
   bool is_time_up_ = false;
   bool has_loaded_ = false; ///< or tried to, what was not there

@@ -50,9 +50,10 @@ class Sources(unittest.TestCase):
             self.check(ptet.open(str(path)))
             with self.assertRaises(ptet.FileError) as caught:
                 ptet.open(path / "none")
-            self.assertIsInstance(caught.exception, OSError)
-            with self.assertRaises(ptet.FileError):
+            self.assertIsInstance(caught.exception, FileNotFoundError)
+            with self.assertRaises(ptet.FileError) as caught:
                 ptet.open(folder)
+            self.assertNotIsInstance(caught.exception, FileNotFoundError)
         for wrong in (3, None, object(), 1.5, ["a"], "\ud800"):
             with self.assertRaises(ptet.ArgumentError):
                 ptet.open(wrong)

@@ -28,7 +28,8 @@ from ._build import (
     validate,
 )
 from ._dataset import ByteSource, Dataset, DatasetInfo, FieldInfo, open
-from ._errors import ArgumentError, Cancelled, Error, FileError, FormatError, InputError, LimitError, UnmetWarning
+from ._errors import (ArgumentError, Cancelled, Error, FileError, FormatError, InputError, LimitError,
+                      MissingFileError, UnmetWarning)
 from ._exchange import from_meshio, from_vtk
 from ._extraction import BlockFailure, Extraction, PartErrors
 from ._request import (
@@ -50,9 +51,9 @@ __version__: str = _core.version
 __all__ = [
     "ArgumentError", "BlockFailure", "Bound", "Box", "Budget", "BuildReport", "Built", "ByteSource", "Cancelled",
     "Count", "Dataset", "DatasetInfo", "Error", "Extraction", "FieldInfo", "FieldSummary", "FileError", "Finding",
-    "FormatError", "HalfSpace", "InputError", "LimitError", "MeshReport", "OrientedBox", "PartErrors",
-    "ProgressCallback", "Region", "Round", "Session", "SessionUpdate", "Sphere", "UNUSED", "UnmetWarning",
-    "Values", "View", "build", "from_meshio", "from_vtk", "open", "validate",
+    "FormatError", "HalfSpace", "InputError", "LimitError", "MeshReport", "MissingFileError", "OrientedBox",
+    "PartErrors", "ProgressCallback", "Region", "Round", "Session", "SessionUpdate", "Sphere", "UNUSED",
+    "UnmetWarning", "Values", "View", "build", "from_meshio", "from_vtk", "open", "validate",
 ]
 
 # A thread in the library must not come back to Python, nor read through it, once Python has ended.

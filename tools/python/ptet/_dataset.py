@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._arrays import as_callback, as_whole
-from ._errors import ArgumentError, FileError, FormatError, LimitError, UnmetWarning
+from ._errors import ArgumentError, FileError, FormatError, LimitError, MissingFileError, UnmetWarning
 from ._extraction import Extraction
 from ._request import Bound, Budget, ErrorBounds, Region, Values, View, as_list, make_request
 
@@ -283,7 +283,8 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
             tell. The errors stated are true in any case.
 
     Raises:
-        FileError, FormatError (a damaged header, table or coarsest mesh), LimitError, ArgumentError.
+        FileError (MissingFileError where there is none), FormatError (a damaged header, table or coarsest mesh),
+        LimitError, ArgumentError.
     """
     def count(value: int | None, what: str) -> int | None:
         return None if value is None else as_whole(value, 0, 2**64 - 1, what, "a whole number that is not negative")
@@ -296,7 +297,13 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
             path = os.fsencode(source)
         except UnicodeEncodeError as error:
             raise ArgumentError(f"{source!r}: there is no such name of a file ({error.reason})") from None
-        return Dataset(_core.open_path(path, options), salvage)
+        try:
+            core = _core.open_path(path, options)
+        except FileError as error:
+            if os.path.exists(path):
+                raise
+            raise MissingFileError(str(error)) from None
+        return Dataset(core, salvage)
     try:
         view = memoryview(source)  # type: ignore[arg-type]
     except TypeError:

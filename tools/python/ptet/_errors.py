@@ -38,6 +38,10 @@ class FileError(Error, OSError):
     """Reading or writing failed: the operating system, or the object that was to give the bytes."""
 
 
+class MissingFileError(FileError, FileNotFoundError):
+    """There is no such file to open."""
+
+
 class Cancelled(Error):
     """The progress callback returned False."""
 
