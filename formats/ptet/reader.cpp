@@ -18,8 +18,7 @@ namespace {
 constexpr std::uint64_t kBytesPerVertex = 32;   // marks of the refinement and of the codec, the values apart
 constexpr std::uint64_t kBytesPerRecord = 128;  // tables by record, boxes of stars, a cut
 constexpr std::uint64_t kBytesPerBaseTet = 320; // with its ghosts, and the sorting of faces that joins them
-constexpr std::uint64_t kBytesPerVersion =
-    40; // a place and what stands there, what its split does, parents, as lists grow
+constexpr std::uint64_t kBytesPerVersion = 40;  // a place and what stands there, its split, parents, as lists grow
 
 /// Calls `f`. An Error(kCorruptFile) that it throws without a byte offset is thrown on with `offset`.
 template <class F>

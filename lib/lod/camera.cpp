@@ -12,10 +12,9 @@ using namespace vec;
 
 constexpr double kProjectionSlack = 1e-13; ///< of the numbers that go into a projection
 
+/// Of a vector that has a direction.
 Point unit(const Point& a) {
-  const double most = std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
-  const Point scaled = {a[0] / most, a[1] / most, a[2] / most}; // squares would overflow or vanish, as 1 / most may
-  return 1 / norm(scaled) * scaled;
+  return direction_of(a).value_or(a);
 }
 
 } // namespace

@@ -33,7 +33,8 @@ Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& 
       pins_(reader.blocks().size(), 0) {
   room_ = options.limits.max_bytes - std::min(options.limits.max_bytes, reader.fixed_bytes());
   if (options.memory_limit > 0) room_ = std::min(room_, options.memory_limit);
-  is_limited_ = bytes_with_decoding(BlockSet(reader.blocks().size(), 1)) > room_;
+  bytes_of_blocks_ = bytes_with_decoding(BlockSet(reader.blocks().size(), 1));
+  is_limited_ = bytes_of_blocks_ > room_;
   if (is_limited_) {
     stored_.emplace(reader.blocks().size(), room_ / kShareOfStored);
     room_ -= room_ / kShareOfStored;
@@ -132,10 +133,6 @@ std::uint64_t Loader::bytes_with_decoding(const BlockSet& closed) const {
   for (const std::uint32_t b : members(closed))
     decoding = std::max(decoding, decoding_bytes_of(needs_.add(decoded, b, none)));
   return bytes_of(closed) + decoding;
-}
-
-std::uint64_t Loader::bytes_for_all() const {
-  return reader_.fixed_bytes() + bytes_with_decoding(BlockSet(reader_.blocks().size(), 1));
 }
 
 /// Blocks that are decoded together, part after part: each is closed on top of what is loaded by then, and there is

@@ -126,7 +126,7 @@ public:
   /// Whether blocks may be dropped: not all fit the memory.
   [[nodiscard]] bool is_limited() const { return is_limited_; }
   /// Limits::max_bytes with which all fit, an estimate.
-  [[nodiscard]] std::uint64_t bytes_for_all() const;
+  [[nodiscard]] std::uint64_t bytes_for_all() const { return reader_.fixed_bytes() + bytes_of_blocks_; }
   /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load. Neither takes memory.
   void pin(const BlockSet& set) { count_pins(set, 1); }
   void unpin(const BlockSet& set) { count_pins(set, ~0U); }
@@ -182,8 +182,9 @@ private:
   const bool in_background_;
   const BlockNeeds needs_;
   BlockLosses losses_;
-  std::uint64_t room_ = 0;  ///< bytes for decoded blocks
-  bool is_limited_ = false; ///< not all blocks fit
+  std::uint64_t bytes_of_blocks_ = 0; ///< of all of them, decoding included
+  std::uint64_t room_ = 0;            ///< bytes for decoded blocks
+  bool is_limited_ = false;           ///< not all blocks fit
   bool takes_turns_ = false;
 
   ContentLock lock_;

@@ -28,14 +28,6 @@ void check_bound(const Bound& bound, const char* what, const std::string& name =
 
 // ---- regions ----
 
-/// The direction of a vector that need not be short; nothing when it has none.
-std::optional<Point> direction_of(const Point& a) {
-  const double most = std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
-  if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
-  const Point scaled = {a[0] / most, a[1] / most, a[2] / most};
-  return 1 / norm(scaled) * scaled;
-}
-
 Region checked(const Box& box) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (!std::isfinite(box.min[i]) || !std::isfinite(box.max[i]))

@@ -1,8 +1,10 @@
 // Plain 3-vectors on std::array, as far as geometry here needs them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace ptet {
 
@@ -30,6 +32,15 @@ inline Vec3 operator*(double s, const Vec3& a) {
   return {s * a[0], s * a[1], s * a[2]};
 }
 } // namespace vec
+
+/// The direction of a vector, however long or short; nothing where it has none.
+inline std::optional<Vec3> direction_of(const Vec3& a) {
+  using namespace vec;
+  const double most = std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
+  if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
+  const Vec3 scaled = {a[0] / most, a[1] / most, a[2] / most}; // squares would overflow or vanish, as 1 / most may
+  return 1 / norm(scaled) * scaled;
+}
 
 inline double tet_volume(const std::array<Vec3, 4>& tet) {
   using namespace vec;

@@ -1,32 +1,17 @@
 #include "record/error_code.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 
 namespace ptet {
 namespace {
 
-constexpr unsigned kCodesPerOctave = 16;
 // Code 0 of the scale 2^((c - 1280) / 16) stands at 2^-80.
 constexpr int kFirstExponent = -80;
-constexpr unsigned kSquaredCodesPerOctave = 8;
-constexpr int kFirstSquaredExponent = -200;
 constexpr int kSquaredCodeOfOne = -kFirstSquaredExponent * static_cast<int>(kSquaredCodesPerOctave);
 /// From the least uncovered volume to that which as many records as there may be would make the whole of: 2^8.
 constexpr int kUncoveredCodesBelow = 8 * static_cast<int>(kSquaredCodesPerOctave);
-
-// 2^(k/16), k = 0..15, to the nearest double: written out because std::exp2 may differ from machine to machine.
-constexpr std::array<double, kCodesPerOctave> kFraction = {
-    0x1.0000000000000p+0, 0x1.0b5586cf9890fp+0, 0x1.172b83c7d517bp+0, 0x1.2387a6e756238p+0,
-    0x1.306fe0a31b715p+0, 0x1.3dea64c123422p+0, 0x1.4bfdad5362a27p+0, 0x1.5ab07dd485429p+0,
-    0x1.6a09e667f3bcdp+0, 0x1.7a11473eb0187p+0, 0x1.8ace5422aa0dbp+0, 0x1.9c49182a3f090p+0,
-    0x1.ae89f995ad3adp+0, 0x1.c199bdd85529cp+0, 0x1.d5818dcfba487p+0, 0x1.ea4afa2a490dap+0};
-
-double power_of_two(int exponent) {
-  return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
-}
 
 /// The least code from -greatest to `greatest` that is enough; the greatest if none is.
 template <class IsEnough>
@@ -49,7 +34,7 @@ double decode_error(ErrorCode16 code, double scale) {
   const unsigned step = std::min(code, kMaxErrorCode);
   // The factor is exact, so there is one rounding, and the value grows with the code.
   const double factor =
-      kFraction[step % kCodesPerOctave] * power_of_two(kFirstExponent + static_cast<int>(step / kCodesPerOctave));
+      kStepOfOctave[step % kCodesPerOctave] * two_to_the(kFirstExponent + static_cast<int>(step / kCodesPerOctave));
   return scale * factor;
 }
 

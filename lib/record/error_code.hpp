@@ -22,6 +22,19 @@
 
 namespace ptet {
 
+inline constexpr unsigned kCodesPerOctave = 16, kSquaredCodesPerOctave = 8;
+inline constexpr int kFirstSquaredExponent = -200;
+/// 2^(k/16), k = 0..15, to the nearest double: written out because std::exp2 may differ from machine to machine.
+inline constexpr std::array<double, kCodesPerOctave> kStepOfOctave = {
+    0x1.0000000000000p+0, 0x1.0b5586cf9890fp+0, 0x1.172b83c7d517bp+0, 0x1.2387a6e756238p+0,
+    0x1.306fe0a31b715p+0, 0x1.3dea64c123422p+0, 0x1.4bfdad5362a27p+0, 0x1.5ab07dd485429p+0,
+    0x1.6a09e667f3bcdp+0, 0x1.7a11473eb0187p+0, 0x1.8ace5422aa0dbp+0, 0x1.9c49182a3f090p+0,
+    0x1.ae89f995ad3adp+0, 0x1.c199bdd85529cp+0, 0x1.d5818dcfba487p+0, 0x1.ea4afa2a490dap+0};
+/// A normal double.
+[[nodiscard]] inline double two_to_the(int exponent) {
+  return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52U);
+}
+
 using ErrorCode16 = std::uint16_t;
 inline constexpr ErrorCode16 kMaxErrorCode = 2047;
 
@@ -39,14 +52,10 @@ inline constexpr SquaredErrorCode kMaxSquaredErrorCode = 2047;
 [[nodiscard]] SquaredErrorCode encode_squared_error(double fraction);
 /// The value that a code stands for; grows with `code`, the same on every machine. Summed up by the thousand.
 [[nodiscard]] inline double decode_squared_error(SquaredErrorCode code) {
-  // 2^(k/8), k = 0..7, to the nearest double: written out because std::exp2 may differ from machine to machine.
-  constexpr std::array<double, 8> kFraction = {0x1.0000000000000p+0, 0x1.172b83c7d517bp+0, 0x1.306fe0a31b715p+0,
-                                               0x1.4bfdad5362a27p+0, 0x1.6a09e667f3bcdp+0, 0x1.8ace5422aa0dbp+0,
-                                               0x1.ae89f995ad3adp+0, 0x1.d5818dcfba487p+0};
-  constexpr unsigned kLeastExponent = 1023 - 200; // as a double has it
   const auto step = static_cast<unsigned>(std::min(std::abs(int{code}), int{kMaxSquaredErrorCode}));
-  const auto power_of_two = std::bit_cast<double>(std::uint64_t{kLeastExponent + step / 8} << 52U);
-  return step == 0 ? 0 : std::copysign(kFraction[step % 8] * power_of_two, code);
+  const double value = kStepOfOctave[step % kSquaredCodesPerOctave * (kCodesPerOctave / kSquaredCodesPerOctave)] *
+                       two_to_the(kFirstSquaredExponent + static_cast<int>(step / kSquaredCodesPerOctave));
+  return step == 0 ? 0 : std::copysign(value, code);
 }
 
 /// The code of the whole volume, and the greatest there is, where there are `records` records.

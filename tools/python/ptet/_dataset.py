@@ -148,8 +148,8 @@ class Dataset:
                 there, whatever else is asked.
             values: where given, bounds hold only where a field may take these; with no bound the tets there are
                 original ones.
-            view: what a camera sees is sharp to so many pixels. Outside the picture the bounds hold no more, but for its
-                `outside`.
+            view: what a camera sees is sharp to so many pixels. Outside the picture the bounds hold no more, but for
+                its `outside`.
             budget: a Budget, or a number of tets; refining stops where it would be passed. With no bounds that is the
                 mesh with the smallest error that the builder had at that size.
             origins: fills Extraction.made_by, and states errors as tightly as they are known. Reads all of the file.
