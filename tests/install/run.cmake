@@ -32,21 +32,10 @@ step(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/reader -G ${GENERATOR} $
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/reader)
 step(${WORK_DIR}/reader/cut_file ${WORK_DIR}/block.ptet)
 
-# A program in C alone, through CMake: the builder's packages, which are here, are not looked at.
-file(MAKE_DIRECTORY ${WORK_DIR}/c_only)
-file(WRITE ${WORK_DIR}/c_only/CMakeLists.txt "
-cmake_minimum_required(VERSION 3.18)
-project(c_only LANGUAGES C)
-find_package(ptet REQUIRED)
-if(TARGET TBB::tbb OR TARGET OpenMeshCore OR TARGET CGAL::CGAL)
-  message(FATAL_ERROR \"find_package(ptet) brought what only the builder needs\")
-endif()
-add_executable(load_and_cut ${SOURCE_DIR}/tools/examples/load_and_cut.c)
-target_link_libraries(load_and_cut PRIVATE ptet::ptet)
-")
-step(${CMAKE_COMMAND} -S ${WORK_DIR}/c_only -B ${WORK_DIR}/c_only/build -G ${GENERATOR} ${options})
-step(${CMAKE_COMMAND} --build ${WORK_DIR}/c_only/build)
-step(${WORK_DIR}/c_only/build/load_and_cut ${WORK_DIR}/block.ptet)
+# A program in C alone, through CMake.
+step(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tests/install/c_only -B ${WORK_DIR}/c_only -G ${GENERATOR} ${options})
+step(${CMAKE_COMMAND} --build ${WORK_DIR}/c_only)
+step(${WORK_DIR}/c_only/load_and_cut ${WORK_DIR}/block.ptet)
 
 # The run-time library by itself asks for nothing of the builder's.
 step(${CMAKE_COMMAND} -S ${SOURCE_DIR} -B ${WORK_DIR}/run-time-only -G ${GENERATOR} ${options} -DPTET_BUILD_BUILDER=OFF
