@@ -29,17 +29,9 @@ std::unique_lock<file::OwnedMutex> wait_for_others(file::OwnedMutex& mutex,
 Loader::Loader(file::Reader& reader, file::Content& content, const OpenOptions& options,
                file::Reader::Batch::StarMeasured measured)
     : reader_(reader), content_(content), measured_(std::move(measured)), in_background_(options.background),
-      needs_(reader.blocks()), losses_(needs_, options.background), in_use_(reader.blocks().size(), 0),
-      pins_(reader.blocks().size(), 0) {
-  room_ = options.limits.max_bytes - std::min(options.limits.max_bytes, reader.fixed_bytes());
-  if (options.memory_limit > 0) room_ = std::min(room_, options.memory_limit);
-  bytes_of_blocks_ = bytes_with_decoding(BlockSet(reader.blocks().size(), 1));
-  is_limited_ = bytes_of_blocks_ > room_;
-  if (is_limited_) {
-    stored_.emplace(reader.blocks().size(), room_ / kShareOfStored);
-    room_ -= room_ / kShareOfStored;
-  }
-  takes_turns_ = is_limited_ && !in_background_;
+      needs_(reader.blocks()), memory_(reader, needs_, options), losses_(needs_, options.background),
+      takes_turns_(memory_.is_limited() && !options.background), in_use_(needs_.size(), 0), pins_(needs_.size(), 0) {
+  if (memory_.is_limited()) stored_.emplace(needs_.size(), memory_.bytes_for_stored());
   if (in_background_) queue_ = std::make_unique<LoadQueue>([this](const BlockSet& asked) { return load_part(asked); });
 }
 
@@ -104,64 +96,9 @@ void Loader::count_pins(const BlockSet& set, std::uint32_t change) {
     if (set[b] != 0) pins_[b] += change;
 }
 
-// ---- sets of blocks ----
-
 void Loader::close(BlockSet& set) const {
   std::vector<std::uint32_t> open;
   close(set, open);
-}
-
-std::uint64_t Loader::bytes_of(const BlockSet& set) const {
-  std::uint64_t bytes = 0;
-  for (const std::uint32_t b : members(set))
-    bytes += reader_.decoded_bytes(b);
-  return bytes;
-}
-
-std::uint64_t Loader::decoding_bytes_of(const std::vector<std::uint32_t>& blocks) const {
-  std::uint64_t bytes = 0;
-  for (const std::uint32_t b : blocks)
-    bytes += reader_.decoding_bytes(b);
-  return bytes;
-}
-
-/// What the set takes, and decoding it, in parts that are as small as they can be.
-std::uint64_t Loader::bytes_with_decoding(const BlockSet& closed) const {
-  const BlockSet none(closed.size(), 0);
-  BlockSet decoded = none;
-  std::uint64_t decoding = 0;
-  for (const std::uint32_t b : members(closed))
-    decoding = std::max(decoding, decoding_bytes_of(needs_.add(decoded, b, none)));
-  return bytes_of(closed) + decoding;
-}
-
-/// Blocks that are decoded together, part after part: each is closed on top of what is loaded by then, and there is
-/// room for decoding it, or it cannot be smaller.
-std::vector<std::vector<file::FetchedBlock>> Loader::parts_of(std::vector<file::FetchedBlock> fetched, BlockSet loaded,
-                                                              std::size_t most_blocks) const {
-  const BlockSet none(needs_.size(), 0);
-  BlockSet all = loaded;
-  std::vector<std::size_t> place(needs_.size(), 0);
-  for (std::size_t i = 0; i < fetched.size(); ++i) {
-    all[fetched[i].block] = 1;
-    place[fetched[i].block] = i;
-  }
-  const std::uint64_t room = room_ - std::min(room_, bytes_of(all));
-  std::vector<std::vector<file::FetchedBlock>> parts;
-  std::uint64_t decoding = 0;
-  for (std::size_t i = 0; i < fetched.size(); ++i) {
-    const std::vector<std::uint32_t> together = needs_.add(loaded, fetched[i].block, none);
-    if (together.empty()) continue; // in a part already
-    const std::uint64_t more = decoding_bytes_of(together);
-    if (parts.empty() || parts.back().size() >= most_blocks || decoding + more > room) {
-      parts.emplace_back();
-      decoding = 0;
-    }
-    decoding += more;
-    for (const std::uint32_t b : together)
-      parts.back().push_back(std::move(fetched[place[b]]));
-  }
-  return parts;
 }
 
 // ---- loading ----
@@ -204,7 +141,7 @@ bool Loader::load_when_free(BlockSet& closed, std::optional<Clock::time_point> u
 // Blocks that failed before are tried again last, so that a source that fails for some blocks does not keep the others
 // waiting. When only these are left the answer is not called incomplete for want of time.
 bool Loader::load(BlockSet& closed, Clock::time_point until, Cancellation* cancellation, const void* asker) {
-  if (in_background_ || is_limited_) {
+  if (in_background_ || is_limited()) {
     load(closed, cancellation, asker);
     return true;
   }
@@ -252,7 +189,7 @@ void Loader::load_now(BlockSet& set, Cancellation* cancellation) {
   const BlockSet none(set.size(), 0);
   if (is_spoilt_) rebuild(none, none, true);
   needs_.leave_out(set, losses_.hopeless(), content_.block_loaded);
-  if (is_limited_ && !make_room(set, cancellation)) return;
+  if (is_limited() && !make_room(set, cancellation)) return;
   decode(fetch(set, content_.block_loaded, cancellation), cancellation);
 }
 
@@ -261,15 +198,15 @@ bool Loader::make_room(BlockSet& set, Cancellation* cancellation) {
   const BlockSet& loaded = content_.block_loaded;
   BlockSet all = loaded;
   unite(all, set);
-  if (bytes_with_decoding(all) <= room_) return true;
-  const BlockSet keep = what_fits(set);
+  if (memory_.fits(all)) return true;
+  const BlockSet keep = memory_.what_fits(what_must_stay(), set);
   for (const std::uint32_t b : members(set))
     if (keep[b] == 0) losses_.note_no_room(b);
   intersect(set, keep);
   if (is_subset(set, loaded)) return false;
   all = loaded;
   unite(all, set);
-  if (bytes_with_decoding(all) <= room_) return true;
+  if (memory_.fits(all)) return true;
   if (!rebuild(keep, BlockSet(loaded), false, cancellation)) {
     for (const std::uint32_t b : members(set))
       if (loaded[b] == 0) losses_.note_no_room(b);
@@ -277,9 +214,8 @@ bool Loader::make_room(BlockSet& set, Cancellation* cancellation) {
   return false;
 }
 
-// What must stay in memory, and then, coarse blocks first, those of the set that there is room for.
-BlockSet Loader::what_fits(const BlockSet& set) const {
-  BlockSet keep = takes_turns_ ? in_use_ : BlockSet(set.size(), 0);
+BlockSet Loader::what_must_stay() const {
+  BlockSet keep = takes_turns_ ? in_use_ : BlockSet(needs_.size(), 0);
   {
     const std::lock_guard guard(pins_mutex_);
     for (std::size_t b = 0; b < keep.size(); ++b)
@@ -287,25 +223,6 @@ BlockSet Loader::what_fits(const BlockSet& set) const {
   }
   close(keep);
   intersect(keep, content_.block_loaded);
-  // A block that did not fit will not fit later on, when more is kept; nor do those that need it.
-  std::uint64_t bytes = bytes_of(keep), decoding = bytes_with_decoding(keep) - bytes;
-  BlockSet unfit(set.size(), 0);
-  for (const std::uint32_t b : members(set)) {
-    if (keep[b] != 0) continue;
-    const std::vector<std::uint32_t> added = needs_.add(keep, b, unfit);
-    std::uint64_t with = bytes;
-    for (const std::uint32_t a : added)
-      with += reader_.decoded_bytes(a);
-    const std::uint64_t decoding_with = std::max(decoding, decoding_bytes_of(added));
-    if (!added.empty() && with + decoding_with <= room_) {
-      bytes = with;
-      decoding = decoding_with;
-      continue;
-    }
-    unfit[b] = 1;
-    for (const std::uint32_t a : added)
-      keep[a] = 0;
-  }
   return keep;
 }
 
@@ -349,8 +266,8 @@ void Loader::decode(std::vector<file::FetchedBlock> fetched, Cancellation* cance
   for (const file::FetchedBlock& block : fetched)
     target[block.block] = 1;
   alone([&] { reader_.expect(fetched, content_); });
-  auto parts = parts_of(std::move(fetched), content_.block_loaded,
-                        cancellation != nullptr ? kBlocksBetweenLooks : needs_.size());
+  auto parts = memory_.parts_of(std::move(fetched), content_.block_loaded,
+                                cancellation != nullptr ? kBlocksBetweenLooks : needs_.size());
   for (std::vector<file::FetchedBlock>& part : parts) {
     if (cancellation != nullptr && &part != &parts.front()) cancellation->check();
     const BlockSet loaded = content_.block_loaded;
@@ -428,7 +345,7 @@ void Loader::apply_alone(std::vector<file::FetchedBlock> fetched) {
   content_ = reader_.read_base();
   reader_.expect(fetched, content_);
   BlockSet loaded(needs_.size(), 0);
-  for (std::vector<file::FetchedBlock>& part : parts_of(std::move(fetched), loaded, needs_.size())) {
+  for (std::vector<file::FetchedBlock>& part : memory_.parts_of(std::move(fetched), loaded, needs_.size())) {
     for (const file::FetchedBlock& block : part)
       loaded[block.block] = 1;
     file::Reader::Batch batch = reader_.begin(std::move(part), content_);
@@ -467,8 +384,8 @@ bool Loader::load_part(const BlockSet& asked) {
   std::size_t count = 0;
   bool has_more = false;
   for (const std::uint32_t b : members(possible)) {
-    if (content_.block_loaded[b] != 0 && !is_limited_) continue;
-    if (!is_limited_ && count++ == kBlocksAtOnce) {
+    if (content_.block_loaded[b] != 0 && !is_limited()) continue;
+    if (!is_limited() && count++ == kBlocksAtOnce) {
       has_more = true;
       break;
     }

@@ -19,6 +19,7 @@
 #include "lod/cancellation.hpp"
 #include "lod/content_lock.hpp"
 #include "lod/load_queue.hpp"
+#include "lod/loading_memory.hpp"
 #include "lod/pace_of_loading.hpp"
 #include "lod/stored_blocks.hpp"
 #include "ptet/dataset.hpp"
@@ -124,9 +125,9 @@ public:
   /// Whether a thread of its own loads: nobody waits then, what is there is used.
   [[nodiscard]] bool is_in_background() const { return in_background_; }
   /// Whether blocks may be dropped: not all fit the memory.
-  [[nodiscard]] bool is_limited() const { return is_limited_; }
+  [[nodiscard]] bool is_limited() const { return memory_.is_limited(); }
   /// Limits::max_bytes with which all fit, an estimate.
-  [[nodiscard]] std::uint64_t bytes_for_all() const { return reader_.fixed_bytes() + bytes_of_blocks_; }
+  [[nodiscard]] std::uint64_t bytes_for_all() const { return memory_.bytes_for_all(); }
   /// Pinned blocks are not dropped while they are loaded; pins count. Pin first, then load. Neither takes memory.
   void pin(const BlockSet& set) { count_pins(set, 1); }
   void unpin(const BlockSet& set) { count_pins(set, ~0U); }
@@ -140,7 +141,6 @@ private:
   static constexpr std::size_t kBlocksAtOnce = 32;  ///< decoded by the thread before it looks what is asked for last
   static constexpr std::size_t kBlocksBetweenLooks = 8; ///< decoded by others before they can be cancelled
   static constexpr int kMaxRebuilds = 16;
-  static constexpr std::uint64_t kShareOfStored = 16; ///< of the room; decoded they take some twenty times as much
 
   template <class F>
   decltype(auto) alone(F&& f);
@@ -157,7 +157,7 @@ private:
   [[nodiscard]] bool load_some(TimedLoad& load, const BlockSet& closed);
   void load_now(BlockSet& set, Cancellation* cancellation);
   [[nodiscard]] bool make_room(BlockSet& set, Cancellation* cancellation);
-  [[nodiscard]] BlockSet what_fits(const BlockSet& set) const;
+  [[nodiscard]] BlockSet what_must_stay() const;
   [[nodiscard]] std::vector<file::FetchedBlock> fetch(BlockSet& set, const BlockSet& loaded,
                                                       Cancellation* cancellation = nullptr);
   void decode(std::vector<file::FetchedBlock> fetched, Cancellation* cancellation);
@@ -166,11 +166,6 @@ private:
   bool rebuild(BlockSet keep, const BlockSet& was_loaded, bool must, Cancellation* cancellation = nullptr);
   bool try_to_rebuild(BlockSet& keep, std::vector<file::FetchedBlock> fetched);
   void apply_alone(std::vector<file::FetchedBlock> fetched);
-  [[nodiscard]] std::uint64_t bytes_of(const BlockSet& set) const;
-  [[nodiscard]] std::uint64_t decoding_bytes_of(const std::vector<std::uint32_t>& blocks) const;
-  [[nodiscard]] std::uint64_t bytes_with_decoding(const BlockSet& closed) const;
-  [[nodiscard]] std::vector<std::vector<file::FetchedBlock>> parts_of(std::vector<file::FetchedBlock> fetched,
-                                                                      BlockSet loaded, std::size_t most_blocks) const;
 
   [[nodiscard]] bool load_part(const BlockSet& asked);
   [[nodiscard]] bool is_stopped() const { return queue_ && queue_->is_stopped(); }
@@ -181,11 +176,9 @@ private:
   const file::Reader::Batch::StarMeasured measured_;
   const bool in_background_;
   const BlockNeeds needs_;
+  const LoadingMemory memory_;
   BlockLosses losses_;
-  std::uint64_t bytes_of_blocks_ = 0; ///< of all of them, decoding included
-  std::uint64_t room_ = 0;            ///< bytes for decoded blocks
-  bool is_limited_ = false;           ///< not all blocks fit
-  bool takes_turns_ = false;
+  const bool takes_turns_;
 
   ContentLock lock_;
   std::uint64_t revision_ = 0;         ///< under the content's lock
