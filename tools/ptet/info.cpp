@@ -5,7 +5,6 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "formats/file_names.hpp"
-#include "formats/ptet/reader.hpp"
 #include "formats/vtk/read.hpp"
 #include "mesh/examination.hpp"
 #include "plain_output.hpp"
@@ -13,11 +12,9 @@
 #include "ptet/validate.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <numeric>
 
 namespace ptet::cli {
 namespace {
@@ -162,29 +159,24 @@ struct Level {
   std::uint64_t tets = 0;
 };
 
-std::vector<Level> levels_of(const std::string& path, std::uint64_t base_vertices) {
-  OpenOptions options;
-  options.limits = machine_limits();
-  file::Reader reader(file::open_file(path), options);
-  file::Content content = reader.read_base();
-  std::vector<std::uint32_t> blocks(reader.blocks().size());
-  std::iota(blocks.begin(), blocks.end(), 0U);
-  reader.load(blocks, content);
+Extraction extract_all_of(const Dataset& dataset, const Request& request) {
+  Extraction extraction = dataset.extract(request);
+  if (extraction.complete) return extraction;
+  const std::string what = "--levels needs all of the file: ";
+  if (extraction.failures.empty())
+    throw Error(ErrorCode::kLimit, what + "in memory it takes " + counted(dataset.info().memory_for_all, "byte"));
+  const BlockFailure& first = extraction.failures.front();
+  throw Error(first.code, what + "block " + std::to_string(first.block) + " failed, " + first.message);
+}
 
+std::vector<Level> levels_of(const Dataset& dataset) {
   std::vector<Level> levels;
   for (const double fraction : {0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001, 0.0}) {
-    Level level{fraction, base_vertices, content.refinement.base_tet_count()};
-    const std::size_t columns = content.errors_per_record;
-    for (std::uint32_t r = 0; r < content.refinement.record_count(); ++r) {
-      const auto* const row = content.monotone.data() + r * columns;
-      // A code times a scale of 1 is the error as a fraction of the scale.
-      const bool applied =
-          std::any_of(row, row + columns, [&](ErrorCode16 code) { return decode_error(code, 1.0) > fraction; });
-      if (!applied) continue;
-      ++level.vertices;
-      level.tets += content.refinement.added_tet_count(RecordId{r});
-    }
-    levels.push_back(level);
+    Request request;
+    if (!dataset.info().max_field_error.empty()) request.field_error.push_back({"", {fraction, true}});
+    request.domain_error = Bound{fraction, true};
+    const TetMesh mesh = extract_all_of(dataset, request).mesh;
+    levels.push_back({fraction, mesh.vertex_count(), mesh.tets.size()});
   }
   return levels;
 }
@@ -300,9 +292,9 @@ void print_text(const std::string& path, const DatasetInfo& info, const std::vec
 
 void run_ptet(const Arguments& arguments) {
   let_interrupts_end();
-  const DatasetInfo info = open_dataset(arguments.input)->info();
-  const std::vector<Level> levels =
-      arguments.levels ? levels_of(arguments.input, info.base_vertices) : std::vector<Level>{};
+  const auto dataset = open_dataset(arguments.input);
+  const DatasetInfo info = dataset->info();
+  const std::vector<Level> levels = arguments.levels ? levels_of(*dataset) : std::vector<Level>{};
   arguments.json ? print_json(arguments.input, info, levels) : print_text(arguments.input, info, levels);
 }
 
