@@ -29,6 +29,7 @@ constexpr std::uint64_t kMaxRows = kDummyVertex.index();
 constexpr std::size_t kMaxCellPoints = 10;
 /// So many names are listed in a note.
 constexpr int kMostNames = 9;
+constexpr std::size_t kMostIds = 8;
 /// Cells that stand for another piece's, for finer ones, or for nothing.
 constexpr unsigned char kGhostCell =
     vtkDataSetAttributes::DUPLICATECELL | vtkDataSetAttributes::REFINEDCELL | vtkDataSetAttributes::HIDDENCELL;
@@ -263,11 +264,12 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::
       points[k] = VertexId(static_cast<std::uint32_t>(first_point_ + static_cast<std::uint64_t>(id)));
     }
     ++volume_cells_[type].count;
-    split_cell(type, {points.data(), size}, mesh_, mesh_.tets);
+    if (type == VTK_TETRA)
+      mesh_.tets.push_back({points[0], points[1], points[2], points[3]});
+    else
+      cells_to_split_.add(type, {points.data(), size}, cell, mesh_.tets.size());
   }
   cell_count_ += cells;
-  if (mesh_.tets.size() > kMaxRows)
-    throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " tetrahedra");
 }
 
 void Assembler::add_cells(vtkUnstructuredGrid& grid) {
@@ -282,6 +284,17 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid) {
     add(cells->GetOffsetsArray64(), cells->GetConnectivityArray64());
   else
     add(cells->GetOffsetsArray32(), cells->GetConnectivityArray32());
+}
+
+void Assembler::note_turned(const std::vector<std::uint64_t>& cells) {
+  std::string ids;
+  for (std::size_t i = 0; i < std::min(cells.size(), kMostIds); ++i)
+    ids += (i == 0 ? "" : ", ") + std::to_string(cells[i]);
+  if (cells.size() > kMostIds) ids += ", ...";
+  report_.notes.push_back("in " + grouped(cells.size()) + (cells.size() == 1 ? " of them (cell " : " of them (cells ") +
+                          ids +
+                          ") some of the tetrahedra are turned over, whichever diagonals were tried: these cells are "
+                          "folded, or their faces warped too much");
 }
 
 TetMesh Assembler::finish() {
@@ -306,6 +319,10 @@ TetMesh Assembler::finish() {
     if (type != VTK_TETRA) parts.push_back(counted(kind.count, type));
   }
   if (!parts.empty()) report_.notes.push_back("split " + joined(parts) + " into tetrahedra");
+  const std::vector<std::uint64_t> turned = cells_to_split_.split(mesh_);
+  if (!turned.empty()) note_turned(turned);
+  if (mesh_.tets.size() > kMaxRows)
+    throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " tetrahedra");
   return std::move(mesh_);
 }
 

@@ -2,6 +2,7 @@
 // array lengths are checked here, because VTK's readers do not.
 #pragma once
 
+#include "formats/vtk/cell_splitting.hpp"
 #include "formats/vtk/read.hpp"
 
 #include <cstdint>
@@ -50,10 +51,12 @@ private:
                  std::uint64_t id_count);
   void note_component_names(const std::string& name, vtkDataArray& array);
   void note_ghost_points(vtkAbstractArray& array);
+  void note_turned(const std::vector<std::uint64_t>& cells);
 
   std::string path_;
   ReadReport& report_;
   TetMesh mesh_;
+  CellSplitting cells_to_split_;
   bool has_points_ = false;
   std::uint64_t first_point_ = 0; ///< row of the first point of the grid added last
   std::uint64_t point_count_ = 0; ///< its number of points

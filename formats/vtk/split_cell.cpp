@@ -29,19 +29,19 @@ void append_if_proper(const Tet& tet, std::vector<Tet>& tets) {
   tets.push_back(tet);
 }
 
-void cone(std::span<const Face> faces, std::span<const VertexId> points, std::vector<Tet>& tets) {
-  const VertexId apex = *std::min_element(points.begin(), points.end());
+void cone(std::span<const Face> faces, std::span<const VertexId> points, const Ranks& ranks, std::vector<Tet>& tets) {
+  const auto earlier = [&](std::uint8_t a, std::uint8_t b) { return ranks[a] < ranks[b]; };
+  const auto ranked_end = ranks.begin() + static_cast<std::ptrdiff_t>(points.size());
+  const auto apex = static_cast<std::uint8_t>(std::min_element(ranks.begin(), ranked_end) - ranks.begin());
   for (const Face& face : faces) {
-    std::array<VertexId, 4> corner;
-    const std::size_t corners = face[3] == kNoCorner ? 3 : 4;
-    for (std::size_t i = 0; i < corners; ++i)
-      corner[i] = points[face[i]];
-    const auto end = corner.begin() + static_cast<std::ptrdiff_t>(corners);
-    // By id, not by corner: a degenerate cell may name its smallest point twice.
-    if (std::find(corner.begin(), end, apex) != end) continue;
-    std::rotate(corner.begin(), std::min_element(corner.begin(), end), end);
-    append_if_proper({apex, corner[0], corner[1], corner[2]}, tets);
-    if (corners == 4) append_if_proper({apex, corner[0], corner[2], corner[3]}, tets);
+    Face corner = face;
+    const bool is_triangle = face[3] == kNoCorner;
+    const auto end = corner.end() - (is_triangle ? 1 : 0);
+    // By rank, not by corner: a degenerate cell may name its first point twice.
+    if (std::any_of(corner.begin(), end, [&](std::uint8_t c) { return ranks[c] == ranks[apex]; })) continue;
+    std::rotate(corner.begin(), std::min_element(corner.begin(), end, earlier), end);
+    append_if_proper({points[apex], points[corner[0]], points[corner[1]], points[corner[2]]}, tets);
+    if (!is_triangle) append_if_proper({points[apex], points[corner[0]], points[corner[2]], points[corner[3]]}, tets);
   }
 }
 
@@ -86,13 +86,14 @@ std::size_t splittable_size(int vtk_cell_type) {
   }
 }
 
-void split_cell(int vtk_cell_type, std::span<const VertexId> points, const TetMesh& positions, std::vector<Tet>& tets) {
+void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,
+                std::vector<Tet>& tets) {
   switch (vtk_cell_type) {
   case VTK_TETRA: tets.push_back({points[0], points[1], points[2], points[3]}); break;
-  case VTK_PYRAMID: cone(kPyramid, points, tets); break;
-  case VTK_WEDGE: cone(kWedge, points, tets); break;
-  case VTK_VOXEL: cone(kVoxel, points, tets); break;
-  case VTK_HEXAHEDRON: cone(kHexahedron, points, tets); break;
+  case VTK_PYRAMID: cone(kPyramid, points, ranks, tets); break;
+  case VTK_WEDGE: cone(kWedge, points, ranks, tets); break;
+  case VTK_VOXEL: cone(kVoxel, points, ranks, tets); break;
+  case VTK_HEXAHEDRON: cone(kHexahedron, points, ranks, tets); break;
   case VTK_QUADRATIC_TETRA: split_quadratic(points, positions, tets); break;
   default: break;
   }

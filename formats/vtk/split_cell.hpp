@@ -1,8 +1,8 @@
-// Cells into tetrahedra, conformingly and without new points: what a cell puts on a face depends on the ids of that
+// A cell into tetrahedra, conformingly and without new points: what a cell puts on a face depends on the order of that
 // face's points alone, so that two cells that share a face agree whatever their kinds.
 //
-// A linear cell is coned from its smallest point id over the faces without that point; a quadrilateral is split by the
-// diagonal at its smallest id. (On the faces with the apex the cone leaves just that diagonal: the apex is the smallest
+// A linear cell is coned from its first point over the faces without that point; a quadrilateral is split by the
+// diagonal at its first point. (On the faces with the apex the cone leaves just that diagonal: the apex is the first
 // there too.) A quadratic tetrahedron is split at its mid-edge points: each face into 4, the inner octahedron, whose
 // diagonal no neighbour sees, at its shortest diagonal.
 //
@@ -15,18 +15,26 @@
 
 #include "ptet/mesh.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace ptet::vtkio {
 
+/// A linear cell has no more points.
+constexpr std::size_t kMaxRanked = 8;
+using Ranks = std::array<std::uint8_t, kMaxRanked>;
+
 /// Points of a cell of this VTK type if it is a kind that split_cell() takes; 0: it is not.
 [[nodiscard]] std::size_t splittable_size(int vtk_cell_type);
 
 /// Appends the tets of one cell. A tetrahedron is taken as it is; of the other kinds a tet with a repeated point, which
 /// a degenerate cell gives, is left out. Tets are positively oriented where the cell is.
-/// `points`: splittable_size() ids of rows of `positions`, in VTK's order.
-void split_cell(int vtk_cell_type, std::span<const VertexId> points, const TetMesh& positions, std::vector<Tet>& tets);
+/// `points`: splittable_size() ids of rows of `positions`, in VTK's order. `ranks`: of the points of a linear cell, by
+/// an order that is the same for all cells; those of equal ids, and no others, are equal.
+void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,
+                std::vector<Tet>& tets);
 
 } // namespace ptet::vtkio

@@ -4,6 +4,7 @@
 #include "support/temp_folder.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <random>
@@ -165,6 +166,139 @@ TEST_CASE("mixed cells are split so that neighbours agree", "[vtk]") {
   CHECK(is_closed_inside(mesh, facts, 10));
   REQUIRE(report.notes.size() == 1);
   CHECK_THAT(report.notes[0], Catch::StartsWith("split ") && Catch::EndsWith(" into tetrahedra"));
+}
+
+namespace {
+
+/// Layers of hexahedra, one unit wide, over a wavy ground.
+Cells layers_of_hexahedra(int n, double thickness, double waves, double turned_by) {
+  Cells made;
+  const int layers = 4;
+  const auto id = [n](int i, int j, int k) { return i + (n + 1) * (j + (n + 1) * k); };
+  for (int k = 0; k <= layers; ++k) {
+    for (int j = 0; j <= n; ++j) {
+      for (int i = 0; i <= n; ++i) {
+        const double x = i, y = j, z = waves * std::sin(1.7 * i) * std::cos(2.3 * j) + thickness * k;
+        const double c = std::cos(turned_by), s = std::sin(turned_by);
+        made.points.push_back({c * x - s * (c * y - s * z), s * x + c * (c * y - s * z), s * y + c * z});
+      }
+    }
+  }
+  for (int k = 0; k < layers; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i)
+        made.cells.push_back({kHexahedron,
+                              {id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k), id(i, j, k + 1),
+                               id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1), id(i, j + 1, k + 1)}});
+  return made;
+}
+
+using PlacedTet = std::array<Point, 4>;
+std::vector<PlacedTet> placed_tets(const TetMesh& mesh) {
+  std::vector<PlacedTet> placed;
+  for (const Tet& tet : mesh.tets) {
+    PlacedTet corners{};
+    for (std::size_t i = 0; i < 4; ++i)
+      corners[i] = mesh.position(tet[i]);
+    std::sort(corners.begin(), corners.end());
+    placed.push_back(corners);
+  }
+  std::sort(placed.begin(), placed.end());
+  return placed;
+}
+
+} // namespace
+
+TEST_CASE("thin hexahedra with warped faces are split without turning tets over, however they are numbered", "[vtk]") {
+  const double turned_by = GENERATE(0.0, 0.4, 1.1, 2.0);
+  const auto seed = GENERATE(1U, 2U, 3U);
+  Cells cells = layers_of_hexahedra(12, 0.025, 0.2, turned_by); // faces are warped by more than a layer
+  const std::vector<PlacedTet> in_order = placed_tets(read_cells(cells));
+  shuffle(cells, seed);
+  ReadReport report;
+  const TetMesh mesh = read_cells(cells, &report);
+  const MeshFacts facts = examine(mesh);
+  CHECK(facts.inverted_tets == 0);
+  CHECK(facts.folded_faces == 0);
+  CHECK(facts.crowded_faces == 0);
+  CHECK(report.notes == std::vector<std::string>{"split 576 hexahedra into tetrahedra"});
+  CHECK((placed_tets(mesh) == in_order));
+}
+
+TEST_CASE("diagonals of distorted hexahedra are chosen so that no tet is turned over", "[vtk]") {
+  const auto seed = GENERATE(1U, 2U, 3U, 4U);
+  Cells cells = layers_of_hexahedra(10, 1, 0, 0);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> off(-0.3, 0.3);
+  for (Point& p : cells.points)
+    for (double& x : p)
+      x += off(random);
+  shuffle(cells, seed);
+  const MeshFacts facts = examine(read_cells(cells));
+  CHECK(facts.inverted_tets == 0);
+  CHECK(facts.folded_faces == 0);
+  CHECK(facts.crowded_faces == 0);
+}
+
+TEST_CASE("pieces that repeat the points of a face split it alike", "[vtk]") {
+  // Two layers of a wavy grid, each with points of its own.
+  Cells lower = layers_of_hexahedra(5, 0.025, 0.2, 0.4);
+  const std::size_t half = lower.cells.size() / 2;
+  Cells apart;
+  std::mt19937 random(7);
+  for (const std::size_t begin : {std::size_t{0}, half}) {
+    std::vector<int> to(lower.points.size(), -1), used;
+    for (std::size_t c = begin; c < begin + half; ++c)
+      used.insert(used.end(), lower.cells[c].second.begin(), lower.cells[c].second.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    std::shuffle(used.begin(), used.end(), random);
+    for (const int id : used) {
+      to[static_cast<std::size_t>(id)] = static_cast<int>(apart.points.size());
+      apart.points.push_back(lower.points[static_cast<std::size_t>(id)]);
+    }
+    for (std::size_t c = begin; c < begin + half; ++c) {
+      auto cell = lower.cells[c];
+      for (int& id : cell.second)
+        id = to[static_cast<std::size_t>(id)];
+      apart.cells.push_back(cell);
+    }
+  }
+  CHECK((placed_tets(read_cells(apart)) == placed_tets(read_cells(lower))));
+}
+
+TEST_CASE("cells that cannot be split without turning tets over are named", "[vtk]") {
+  // The second of two cubes has one corner of its top drawn through its bottom.
+  Cells cells{{{0, 0, 0},
+               {1, 0, 0},
+               {1, 1, 0},
+               {0, 1, 0},
+               {0, 0, 1},
+               {1, 0, 1},
+               {1, 1, 1},
+               {0, 1, 1},
+               {3, 0, 0},
+               {4, 0, 0},
+               {4, 1, 0},
+               {3, 1, 0},
+               {3, 0, 1},
+               {4, 0, 1},
+               {4, 1, -2},
+               {3, 1, 1}},
+              {{kHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}}, {kHexahedron, {8, 9, 10, 11, 12, 13, 14, 15}}}};
+  ReadReport report;
+  CHECK(read_cells(cells, &report).tets.size() == 12);
+  REQUIRE(report.notes.size() == 2);
+  CHECK_THAT(report.notes[1], Catch::StartsWith("in 1 of them (cell 1) some of the tetrahedra are turned over"));
+}
+
+TEST_CASE("tets stay in the order of the cells that they come from", "[vtk]") {
+  const Cells cells{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}, {2, 2, 2}},
+                    {{kTetra, {0, 1, 2, 3}}, {kPyramid, {1, 4, 2, 0, 6}}, {kTetra, {1, 5, 3, 6}}}};
+  const TetMesh mesh = read_cells(cells);
+  REQUIRE(mesh.tets.size() == 4);
+  CHECK(mesh.tets.front() == Tet{VertexId(0), VertexId(1), VertexId(2), VertexId(3)});
+  CHECK(mesh.tets.back() == Tet{VertexId(1), VertexId(5), VertexId(3), VertexId(6)});
 }
 
 TEST_CASE("quadratic tets are split at their middle points so that neighbours agree", "[vtk]") {

@@ -1,0 +1,262 @@
+#include "formats/vtk/cell_splitting.hpp"
+
+#include "formats/vtk/split_cell.hpp"
+#include "mesh/disjoint_sets.hpp"
+#include "mesh/predicates.hpp"
+#include "mesh/vec3.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace ptet::vtkio {
+namespace {
+
+/// Tets of a cell that are turned over count most, flat ones where nothing else differs.
+constexpr std::uint32_t kTurned = 16, kFlat = 1;
+
+} // namespace
+
+std::span<const VertexId> CellSplitting::points_of(const Cell& cell) const {
+  return std::span(points_).subspan(cell.points_begin, splittable_size(cell.type));
+}
+
+void CellSplitting::add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id,
+                        std::size_t tets_before) {
+  cells_.push_back({id, tets_before, points_.size(), vtk_cell_type});
+  points_.insert(points_.end(), points.begin(), points.end());
+}
+
+/// The order that all cells are split by, and what it is changed to where that helps.
+class OrderOfPoints {
+public:
+  OrderOfPoints(const CellSplitting& splitting, const TetMesh& mesh) : splitting_(splitting), mesh_(mesh) {}
+
+  using Cell = CellSplitting::Cell;
+
+  void append_tets(const Cell& cell, std::vector<Tet>& tets) const {
+    const std::span<const VertexId> points = splitting_.points_of(cell);
+    split_cell(cell.type, points, points.size() <= kMaxRanked ? ranks_of(points) : Ranks{}, mesh_, tets);
+  }
+
+  /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell.
+  [[nodiscard]] std::uint32_t badness(const Cell& cell) {
+    using namespace vec;
+    tets_.clear();
+    append_tets(cell, tets_);
+    std::uint32_t turned = 0, straight = 0, flat = 0;
+    double volume = 0;
+    for (const Tet& tet : tets_) {
+      const Point a = mesh_.position(tet[0]), b = mesh_.position(tet[1]), c = mesh_.position(tet[2]),
+                  d = mesh_.position(tet[3]);
+      volume += dot(b - a, cross(c - a, d - a));
+      const int sign = sure_orientation(a, b, c, d);
+      ++(sign > 0 ? straight : sign < 0 ? turned : flat);
+    }
+    return kTurned * (volume < 0 ? straight : turned) + kFlat * flat;
+  }
+
+  /// Changes the order where cells give turned tets.
+  void improve();
+
+private:
+  /// Where a place goes, and how much less bad cells are for it.
+  struct Move {
+    std::uint32_t place = 0;
+    std::int64_t to = 0;
+    std::uint32_t gain = 0;
+  };
+
+  [[nodiscard]] std::int64_t moved(VertexId v) const { return place_.empty() ? 0 : moved_[place_[v.index()]]; }
+  [[nodiscard]] Ranks ranks_of(std::span<const VertexId> points) const {
+    std::array<std::tuple<std::int64_t, Point, VertexId>, kMaxRanked> keys;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      keys[i] = {moved(points[i]), mesh_.position(points[i]), points[i]};
+    // Counted, not sorted: a coordinate that is not a number has no place in an order.
+    Ranks ranks{};
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t j = 0; j < points.size(); ++j)
+        ranks[i] = static_cast<std::uint8_t>(ranks[i] + (keys[j] < keys[i] ? 1 : 0));
+    return ranks;
+  }
+  void find_places();
+  void find_cells_around();
+  [[nodiscard]] std::span<const std::uint32_t> cells_around(std::uint32_t place) const {
+    return std::span(around_).subspan(around_begin_[place], around_begin_[place + 1] - around_begin_[place]);
+  }
+  /// The sum of badness_, which it finds.
+  [[nodiscard]] std::uint64_t examine_all();
+  void keep_columns_together();
+  [[nodiscard]] Move best_move(std::uint32_t cell);
+  [[nodiscard]] std::uint32_t gain_of(const Move& move, std::uint32_t cell);
+
+  const CellSplitting& splitting_;
+  const TetMesh& mesh_;
+  std::vector<Tet> tets_;
+  // Where the order is changed.
+  std::vector<std::uint32_t> place_; ///< by vertex, in the order of positions; vertices at one place have the same
+  std::vector<std::int64_t> moved_;  ///< by place: before others (negative) or behind
+  std::vector<std::uint32_t> around_;
+  std::vector<std::size_t> around_begin_; ///< by place, and the end
+  std::vector<std::uint32_t> badness_;    ///< by cell
+};
+
+void OrderOfPoints::find_places() {
+  std::vector<std::uint32_t> sorted(mesh_.vertex_count());
+  std::iota(sorted.begin(), sorted.end(), 0U);
+  std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return mesh_.position(VertexId(a)) < mesh_.position(VertexId(b));
+  });
+  std::vector<std::uint32_t> place(sorted.size());
+  std::uint32_t next = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    if (i > 0 && mesh_.position(VertexId(sorted[i])) != mesh_.position(VertexId(sorted[i - 1]))) ++next;
+    place[sorted[i]] = next;
+  }
+  moved_.assign(std::size_t{next} + 1, 0);
+  place_ = std::move(place);
+}
+
+void OrderOfPoints::find_cells_around() {
+  around_begin_.assign(moved_.size() + 1, 0);
+  const auto each = [&](auto&& visit) {
+    for (std::uint32_t c = 0; c < splitting_.cells_.size(); ++c)
+      for (const VertexId v : splitting_.points_of(splitting_.cells_[c]))
+        visit(place_[v.index()], c);
+  };
+  each([&](std::uint32_t place, std::uint32_t) { ++around_begin_[place + 1]; });
+  std::partial_sum(around_begin_.begin(), around_begin_.end(), around_begin_.begin());
+  around_.resize(around_begin_.back());
+  std::vector<std::size_t> at(around_begin_.begin(), around_begin_.end() - 1);
+  each([&](std::uint32_t place, std::uint32_t c) { around_[at[place]++] = c; });
+}
+
+std::uint64_t OrderOfPoints::examine_all() {
+  badness_.clear();
+  for (const Cell& cell : splitting_.cells_)
+    badness_.push_back(badness(cell));
+  return std::accumulate(badness_.begin(), badness_.end(), std::uint64_t{0});
+}
+
+/// Points that are near one another beside the width of a cell, as those across a layer of thin ones, come one after
+/// the other, so that all of such a column is before or behind all of the next.
+void OrderOfPoints::keep_columns_together() {
+  constexpr double kNear = 1.0 / 9; // of the squared width
+  DisjointSets columns(moved_.size());
+  const auto squared_distance = [&](VertexId v, VertexId w) {
+    using namespace vec;
+    const Point apart = mesh_.position(v) - mesh_.position(w);
+    return dot(apart, apart);
+  };
+  for (const Cell& cell : splitting_.cells_) {
+    const std::span<const VertexId> points = splitting_.points_of(cell);
+    double width = 0;
+    for (const VertexId v : points)
+      for (const VertexId w : points)
+        width = std::max(width, squared_distance(v, w));
+    for (const VertexId v : points)
+      for (const VertexId w : points)
+        if (squared_distance(v, w) < kNear * width) columns.join(place_[v.index()], place_[w.index()]);
+  }
+  std::vector<std::int64_t> first(moved_.size(), -1);
+  for (std::uint32_t place = 0; place < moved_.size(); ++place) {
+    std::int64_t& of_column = first[columns.root(place)];
+    if (of_column < 0) of_column = place;
+    moved_[place] = of_column;
+  }
+}
+
+/// How much less bad the cells around a place are with it moved; 0 when `cell` itself is none the better for it.
+std::uint32_t OrderOfPoints::gain_of(const Move& move, std::uint32_t cell) {
+  const std::int64_t from = std::exchange(moved_[move.place], move.to);
+  std::uint32_t before = 0, after = 0;
+  if (badness(splitting_.cells_[cell]) < badness_[cell]) {
+    for (const std::uint32_t c : cells_around(move.place)) {
+      before += badness_[c];
+      after += badness(splitting_.cells_[c]);
+    }
+  }
+  moved_[move.place] = from;
+  return before - std::min(before, after);
+}
+
+OrderOfPoints::Move OrderOfPoints::best_move(std::uint32_t cell) {
+  Move best{};
+  for (const VertexId v : splitting_.points_of(splitting_.cells_[cell])) {
+    const std::uint32_t place = place_[v.index()];
+    std::int64_t least = moved_[place], most = moved_[place];
+    for (const std::uint32_t c : cells_around(place)) {
+      for (const VertexId w : splitting_.points_of(splitting_.cells_[c])) {
+        least = std::min(least, moved_[place_[w.index()]]);
+        most = std::max(most, moved_[place_[w.index()]]);
+      }
+    }
+    for (const std::int64_t to : {least - 1, most + 1}) {
+      Move move{place, to};
+      move.gain = gain_of(move, cell);
+      if (move.gain > best.gain) best = move;
+    }
+  }
+  return best;
+}
+
+void OrderOfPoints::improve() {
+  const std::uint64_t by_position = examine_all();
+  const auto is_bad = [&](std::uint32_t c) { return badness_[c] >= kTurned; };
+  if (std::none_of(badness_.begin(), badness_.end(), [](std::uint32_t b) { return b >= kTurned; })) return;
+  for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+    const Point at = mesh_.position(VertexId(v));
+    if (!std::all_of(at.begin(), at.end(), [](double x) { return std::isfinite(x); })) return; // there is no order
+  }
+  find_places();
+  find_cells_around();
+  keep_columns_together();
+  if (examine_all() >= by_position) {
+    std::fill(moved_.begin(), moved_.end(), 0);
+    static_cast<void>(examine_all());
+  }
+  // Every move lessens the sum of what is bad, so this ends.
+  std::deque<std::uint32_t> bad;
+  for (std::uint32_t c = 0; c < splitting_.cells_.size(); ++c)
+    if (is_bad(c)) bad.push_back(c);
+  for (; !bad.empty(); bad.pop_front()) {
+    const std::uint32_t cell = bad.front();
+    if (!is_bad(cell)) continue;
+    const Move move = best_move(cell);
+    if (move.gain == 0) continue;
+    moved_[move.place] = move.to;
+    for (const std::uint32_t c : cells_around(move.place)) {
+      badness_[c] = badness(splitting_.cells_[c]);
+      if (is_bad(c)) bad.push_back(c);
+    }
+  }
+}
+
+std::vector<std::uint64_t> CellSplitting::split(TetMesh& mesh) const {
+  std::vector<std::uint64_t> turned;
+  if (cells_.empty()) return turned;
+  OrderOfPoints order(*this, mesh);
+  order.improve();
+  std::vector<Tet> tets;
+  tets.reserve(mesh.tets.size() + 6 * cells_.size());
+  std::size_t done = 0;
+  const auto take_others_until = [&](std::size_t end) {
+    tets.insert(tets.end(), mesh.tets.begin() + static_cast<std::ptrdiff_t>(done),
+                mesh.tets.begin() + static_cast<std::ptrdiff_t>(end));
+    done = end;
+  };
+  for (const Cell& cell : cells_) {
+    take_others_until(cell.tets_before);
+    order.append_tets(cell, tets);
+    if (order.badness(cell) >= kTurned) turned.push_back(cell.id);
+  }
+  take_others_until(mesh.tets.size());
+  mesh.tets = std::move(tets);
+  return turned;
+}
+
+} // namespace ptet::vtkio

@@ -1,0 +1,42 @@
+// All cells of a mesh into tetrahedra, so that none comes out turned over where diagonals can be found for that.
+//
+// What a cell puts on a face follows from one order of the points (split_cell.hpp): by their positions, x first. So
+// numbers do not matter, and two pieces that repeat the points of a face agree on it. Where that turns tets over,
+// points across thin cells come one after the other, so that both sides of these, which may be warped, have the same
+// diagonal; and where a cell still gives turned tets, one of its points is made the first or the last of its
+// surroundings, whichever leaves the fewest there, as long as that helps.
+#pragma once
+
+#include "ptet/mesh.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ptet::vtkio {
+
+class CellSplitting {
+public:
+  /// A cell that is to be split, and its tets to come after the first `tets_before` of the mesh. `id`: to tell the
+  /// user.
+  void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before);
+  /// Puts the tets of all cells into the mesh. Returns the ids of those cells of which some are turned over all the
+  /// same.
+  [[nodiscard]] std::vector<std::uint64_t> split(TetMesh& mesh) const;
+
+private:
+  friend class OrderOfPoints;
+  struct Cell {
+    std::uint64_t id;
+    std::size_t tets_before;
+    std::size_t points_begin;
+    int type;
+  };
+  [[nodiscard]] std::span<const VertexId> points_of(const Cell& cell) const;
+
+  std::vector<Cell> cells_;
+  std::vector<VertexId> points_;
+};
+
+} // namespace ptet::vtkio
