@@ -36,8 +36,9 @@ inline Vec3 operator*(double s, const Vec3& a) {
 /// The direction of a vector, however long or short; nothing where it has none.
 inline std::optional<Vec3> direction_of(const Vec3& a) {
   using namespace vec;
+  if (!std::all_of(a.begin(), a.end(), [](double x) { return std::isfinite(x); })) return std::nullopt;
   const double most = std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
-  if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
+  if (!(most > 0)) return std::nullopt;
   const Vec3 scaled = {a[0] / most, a[1] / most, a[2] / most}; // squares would overflow or vanish, as 1 / most may
   return 1 / norm(scaled) * scaled;
 }

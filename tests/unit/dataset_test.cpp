@@ -211,6 +211,12 @@ TEST_CASE("dataset: requests that make no sense are refused, by name") {
   CHECK(of_view([](View&) {}) == "");
   CHECK(of_view([&](View& v) { v.eye[1] = nan; }).find("eye") != std::string::npos);
   CHECK(of_view([](View& v) { v.direction = {}; }).find("direction") != std::string::npos);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const double none : {static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+      CHECK(of_view([&](View& v) { v.direction[axis] = none; }).find("viewing direction") != std::string::npos);
+      CHECK(of_view([&](View& v) { v.up[axis] = none; }).find("up direction") != std::string::npos);
+    }
+  }
   CHECK(of_view([](View& v) { v.up = {}; }).find("up") != std::string::npos);
   CHECK(of_view([](View& v) { v.up = {0, 0, 5}; }).find("parallel") != std::string::npos);
   CHECK(of_view([](View& v) { v.vertical_angle = 0; }).find("angle") != std::string::npos);
