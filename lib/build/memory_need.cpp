@@ -163,9 +163,10 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
                         given + refinement + per_record * records + 24 * vertices +
                         1.1 * std::max(stars, told < kTold ? told : kTold + kPacked * (told - kTold));
   // Sorted, numbered, as bytes and as a zstd frame with what level 19 works in.
+  constexpr double kPacking = 20e6; // its window too
   const double raw_order = 5 * tets + 4 * vertices;
   const double input_order =
-      options.keep_order ? (16 + 8) * tets + 8 * vertices + 3 * raw_order + std::min(90e6, 24 * raw_order) : 0;
+      options.keep_order ? (16 + 8) * tets + 8 * vertices + 3 * raw_order + std::min(kPacking, 24 * raw_order) : 0;
   need.write =
       whole(std::max({order, coding, rows + of_records + given + per_record * records + input_order}), kWriteOverhead);
   return need;
