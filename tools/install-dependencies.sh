@@ -33,10 +33,10 @@ packages=(
 )
 test_packages=(clang clang-format clang-tidy libclang-rt-dev shellcheck git python3-meshio python3-zstandard python3-xxhash)
 python_packages=(pybind11-dev python3-dev python3-pip python3-venv python3-matplotlib)
-test_packages+=("${python_packages[@]}" mypy) # mypy: the module's types
 paraview_packages=(g++ cmake ninja-build pkg-config libboost-dev libzstd-dev libxxhash-dev paraview-dev
   python3-paraview libopenmpi-dev mpi-default-bin libgl1-mesa-dri xvfb xauth)
 mpi_packages=(libopenmpi-dev openmpi-bin)
+test_packages+=("${python_packages[@]}" "${mpi_packages[@]}" mypy) # mypy: the module's types
 bench_packages=(libbenchmark-dev python3-matplotlib python3-zstandard)
 web_packages=(
   emscripten nodejs # the library in WebAssembly

@@ -422,6 +422,18 @@ class Files(Case):
                                 encoding="utf-8", check=False)
         self.assertEqual(closed.returncode, 6, closed.stderr)
 
+    def test_every_process_of_a_starter_does_its_own_work(self):
+        self.built_grid(6)
+        for names in [("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"), ("PMI_SIZE", "PMI_RANK")]:
+            second = dict(os.environ, **dict(zip(names, ("2", "1"))))
+            done = subprocess.run([program(), "info", "grid.ptet"], cwd=self.folder, env=second, encoding="utf-8",
+                                  stdout=subprocess.PIPE, check=True)
+            self.assertIn("grid.ptet: .ptet", done.stdout)
+            done = subprocess.run([program(), "info", "nothing.ptet"], cwd=self.folder, env=second, encoding="utf-8",
+                                  stderr=subprocess.PIPE, check=False)
+            self.assertEqual(done.returncode, 6)
+            self.assertIn("nothing.ptet", done.stderr)
+
     def test_a_reader_that_goes_away(self):
         self.built_grid(6)
         done = subprocess.run(f"{program()} dump --annotate grid.ptet | head -n 1", shell=True, cwd=self.folder,

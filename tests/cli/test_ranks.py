@@ -70,11 +70,12 @@ class Ranks(unittest.TestCase):
                 self.assertIn(says, errors[0])
                 self.assertEqual(self.files(), ["grid.vtu"])
 
-    def test_what_needs_no_others_is_done_once(self):
+    def test_what_needs_no_others_is_done_in_each_process(self):
         self.run_in_folder([PTET, "build", "grid.vtu", "--method", "QN", "--quiet"], 0)
-        done = self.mpirun(3, "extract", "grid.ptet", "--vertices", "20%", "-o", "part.vtu")
-        self.assertEqual(done.stdout.count("limited   by"), 1, done.stdout)
-        self.assertEqual(self.files(), ["grid.ptet", "grid.vtu", "part.vtu"])
+        script = f"'{PTET}' extract grid.ptet --vertices 20% -o part_$OMPI_COMM_WORLD_RANK.vtu"
+        done = self.run_in_folder([MPIRUN, "--quiet", "--oversubscribe", "-n", 3, "sh", "-c", script], 0)
+        self.assertEqual(done.stdout.count("limited   by"), 3, done.stdout)
+        self.assertEqual(self.files(), ["grid.ptet", "grid.vtu", "part_0.vtu", "part_1.vtu", "part_2.vtu"])
 
     def test_an_error_of_one_rank_ends_all(self):
         (self.folder / "bad.vtu").write_text("<VTKFile>")

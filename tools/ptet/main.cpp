@@ -143,6 +143,9 @@ int main(int argc, char** argv) {
   const PlainOutput plain(std::cout);
   CLI::App program("", "ptet");
   add_commands(program);
-  const bool together = argc > 1 && argv[1] == std::string_view("build");
-  return as_a_rank(together, [&] { return guarded([&] { return run(program, argc, argv); }); });
+  const auto run_guarded = [&] { return guarded([&] { return run(program, argc, argv); }); };
+  // Any other command does in each process of mpirun, srun and the like what it does by itself: they may have work of
+  // their own.
+  const bool is_together = argc > 1 && argv[1] == std::string_view("build");
+  return is_together ? as_a_rank(run_guarded) : run_guarded();
 }

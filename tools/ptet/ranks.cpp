@@ -71,9 +71,8 @@ std::vector<Decided> Ranks::decide(const PiecesBuild& pieces, const ProgressCall
   return gather(std::move(own), pieces.piece_count());
 }
 
-int as_a_rank(bool together, const std::function<int()>& run) {
-  if (started_processes().rank == 0) return run();
-  if (!together) return kExitOk;
+int as_a_rank(const std::function<int()>& run) {
+  if (!can_meet() || started_processes().rank == 0) return run();
   std::ostringstream unheard;
   std::ostringstream message;
   const int code = [&] {
@@ -86,6 +85,7 @@ int as_a_rank(bool together, const std::function<int()>& run) {
   const auto begin = Clock::now();
   while (!interrupted() && Clock::now() - begin < kLongestWait)
     std::this_thread::sleep_for(kBetweenLooks);
+  if (!interrupted()) std::cerr << message.str(); // the first has not ended: nobody has heard of it
   return code;
 }
 

@@ -26,10 +26,12 @@ struct StartedProcesses {
 };
 [[nodiscard]] StartedProcesses started_processes();
 
-/// Runs the program. In a process of mpirun that is not the first nothing is printed, and what goes wrong is kept until
-/// the first process has ended, or is told to it; returns the exit code.
-/// `together`: whether the command is one that all of them work on; else the first does it, and the others nothing.
-int as_a_rank(bool together, const std::function<int()>& run);
+/// Whether this program can build together with others: it was built with MPI.
+[[nodiscard]] bool can_meet();
+
+/// Runs a command that all processes work on together. In one that is not the first nothing is printed, and what goes
+/// wrong is kept until the first process has ended, or is told to it; returns the exit code.
+int as_a_rank(const std::function<int()>& run);
 
 /// From a process that failed to the first: its exit code and what it would have printed. Does nothing where they have
 /// not met.

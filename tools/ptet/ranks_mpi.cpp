@@ -83,6 +83,10 @@ void look_for_failures() {
 
 } // namespace
 
+bool can_meet() {
+  return true;
+}
+
 struct Ranks::Impl {
   int count = 1;
   int rank = 0;
