@@ -76,7 +76,7 @@ public:
   }
 
   /// Makes what was written (under temporary_path() through any descriptor) the file of the asked name, and durable.
-  /// Throws Error(kIo); then the asked name is as it was.
+  /// Throws Error(kIo); then the asked name is as it was, unless the message says that the file is written.
   void commit() {
     if (::fsync(descriptor_) != 0) fail(errno);
     if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(errno);
@@ -121,7 +121,9 @@ private:
     const int result = ::fsync(descriptor);
     const int reason = errno;
     ::close(descriptor);
-    if (result != 0 && reason != EINVAL && reason != ENOTSUP) fail(reason);
+    if (result != 0 && reason != EINVAL && reason != ENOTSUP)
+      throw Error(ErrorCode::kIo, path_ + " is written, but may not be there after a loss of power: its folder says " +
+                                      std::strerror(reason));
   }
 
   std::string path_;

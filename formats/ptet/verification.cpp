@@ -2,6 +2,7 @@
 
 #include "formats/ptet/layout.hpp"
 #include "formats/ptet/ordering.hpp"
+#include "formats/ptet/running_hash.hpp"
 #include "formats/ptet/version_table.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/governing.hpp"
@@ -57,6 +58,19 @@ void rethrow_unless_corrupt(const Error& error) {
   if (error.code() != ErrorCode::kCorruptFile) throw Error(error);
 }
 
+/// A part of the source at a time: a section may say that it is longer than memory.
+std::uint64_t hash_of_section(ByteSource& source, const Section& section) {
+  constexpr std::uint64_t kAtOnce = std::uint64_t{1} << 20;
+  std::vector<std::byte> bytes;
+  RunningHash hash;
+  for (std::uint64_t done = 0; done < section.stored_bytes; done += bytes.size()) {
+    bytes.resize(std::min(kAtOnce, section.stored_bytes - done));
+    source.read(section.offset + done, bytes);
+    hash.add(bytes);
+  }
+  return hash.value();
+}
+
 /// Checks the hashes of all sections, also of those that the reader never reaches because an earlier part is wrong.
 void check_section_hashes(ByteSource& source, Teller& tell) {
   const std::uint64_t size = source.size();
@@ -86,7 +100,7 @@ void check_section_hashes(ByteSource& source, Teller& tell) {
   for (const Section& section : sections) {
     if (section.kind == static_cast<std::uint32_t>(SectionKind::kBlocks)) continue;
     if (section.stored_bytes > size || section.offset > size - section.stored_bytes) continue;
-    if (hash_of(bytes_at(section.offset, section.stored_bytes)) == section.hash) continue;
+    if (hash_of_section(source, section) == section.hash) continue;
     tell(
         {std::string("the ") + name_of(static_cast<SectionKind>(section.kind)) + " is corrupt: its hash does not match",
          section.offset,

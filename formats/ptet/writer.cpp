@@ -15,6 +15,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
+#include <string_view>
 
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -534,10 +536,18 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
 void check_storable(const TetMesh& mesh) {
   check_sizes(mesh.vertex_count(), mesh.tets.size(), mesh.tets.size());
   if (mesh.point_arrays.size() > kMaxArrays) throw Error(ErrorCode::kLimit, "the mesh has more than 1024 point arrays");
-  for (const PointArray& array : mesh.point_arrays)
+  std::set<std::string_view> names;
+  for (const PointArray& array : mesh.point_arrays) {
     if (array.components == 0 || array.components > kMaxComponents)
       throw Error(ErrorCode::kLimit, "point array '" + array.name + "' has " + std::to_string(array.components) +
                                          " components; 1 to 1024 can be stored");
+    if (array.name.empty()) throw Error(ErrorCode::kBadInput, "a point array has no name");
+    if (array.name.find('\0') != std::string::npos)
+      throw Error(ErrorCode::kBadInput, "the name of point array '" + array.name.substr(0, array.name.find('\0')) +
+                                            "' goes on behind a zero byte, where other programs end it");
+    if (!names.insert(array.name).second)
+      throw Error(ErrorCode::kBadInput, "two point arrays are called '" + array.name + "'");
+  }
 }
 
 std::vector<std::byte> encode(TetMesh mesh, RecordStream records, const Manifest& manifest,

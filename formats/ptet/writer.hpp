@@ -17,8 +17,9 @@ inline constexpr std::uint64_t kMaxFileVertices = 0x7FFFFFEF, kMaxFileTets = 0x3
 /// So many threads at most count what each context of the range coder is told.
 inline constexpr std::size_t kMaxCounters = 4;
 
-/// Throws Error(kLimit) for a mesh that no .ptet file can hold: too many vertices, tets, point arrays or components of
-/// one. write() and encode() throw the same; this says it before a build.
+/// Throws Error for a mesh that no .ptet file can hold: kLimit of too many vertices, tets, point arrays or components
+/// of one, kBadInput of an array without a name, of two of one name, and of a name with a zero byte. write() and
+/// encode() throw the same; this says it before a build.
 void check_storable(const TetMesh& mesh);
 
 /// Writes `mesh` (full resolution, in the numbering of `records`; its tets are taken from these) with its records to

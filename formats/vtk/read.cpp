@@ -1,5 +1,6 @@
 #include "formats/vtk/read.hpp"
 
+#include "formats/ptet/running_hash.hpp"
 #include "formats/vtk/sources.hpp"
 #include "ptet/error.hpp"
 
@@ -11,11 +12,10 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
-#include <new>
 #include <regex>
+#include <span>
 
 #include <sys/stat.h>
-#include <xxhash.h>
 
 namespace ptet {
 namespace vtkio {
@@ -190,25 +190,23 @@ std::optional<AnnouncedMesh> announced_mesh(const std::string& path) {
 std::string hash_input(const std::string& path, const std::vector<std::string>& more_files,
                        const ProgressCallback& progress) {
   static constexpr std::size_t kChunkBytes = 1 << 20;
-  const std::unique_ptr<XXH64_state_t, XXH_errorcode (*)(XXH64_state_t*)> state(XXH64_createState(), &XXH64_freeState);
-  if (!state) throw std::bad_alloc();
-  XXH64_reset(state.get(), 0);
-  std::vector<char> chunk(kChunkBytes);
+  file::RunningHash hash;
+  std::vector<std::byte> chunk(kChunkBytes);
   std::uint64_t done = 0;
   const auto add = [&](const std::string& part) {
-    const vtkio::File file = vtkio::open_file(part);
-    while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), file.get())) {
-      XXH64_update(state.get(), chunk.data(), got);
+    const vtkio::File input = vtkio::open_file(part);
+    while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), input.get())) {
+      hash.add(std::span(chunk).first(got));
       done += got;
       if (progress && !progress({"hashing", done, 0})) throw Error(ErrorCode::kCancelled, "hashing was cancelled");
     }
-    if (std::ferror(file.get())) vtkio::fail_to_read(part, std::strerror(errno));
+    if (std::ferror(input.get())) vtkio::fail_to_read(part, std::strerror(errno));
   };
   add(path);
   for (const std::string& more : more_files)
     add(more);
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "xxh64:%016llx", static_cast<unsigned long long>(XXH64_digest(state.get())));
+  std::snprintf(text.data(), text.size(), "xxh64:%016llx", static_cast<unsigned long long>(hash.value()));
   return text.data();
 }
 

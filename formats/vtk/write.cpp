@@ -5,6 +5,7 @@
 #include "formats/vtk/scalar_types.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/scalar_dispatch.hpp"
+#include "mesh/utf8.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -12,9 +13,11 @@
 #include <fstream>
 #include <limits>
 #include <set>
+#include <string_view>
 
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
+#include <vtkDataSetAttributes.h>
 #include <vtkErrorCode.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
@@ -70,32 +73,19 @@ void check(const std::string& path, const TetMesh& mesh, const WriteOptions& opt
   }
 }
 
-/// The length of the UTF-8 sequence at `at`; 0 where there is none.
-std::size_t utf8_length(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
-  const unsigned head = byte(at);
-  const std::size_t length = head < 0x80                   ? 1
-                             : head >= 0xC2 && head < 0xE0 ? 2
-                             : head >> 4 == 0xE            ? 3
-                             : head >= 0xF0 && head < 0xF5 ? 4
-                                                           : 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if (byte(at + i) >> 6 != 2) return 0;
-  }
-  return length;
-}
-
 /// A name as the value of an XML attribute, which VTK's writer takes it for already.
 std::string escaped(const std::string& path, const std::string& name) {
   std::string text;
   for (std::size_t i = 0; i < name.size();) {
-    const std::size_t length = utf8_length(name, i);
+    const std::string_view rest = std::string_view(name).substr(i);
+    const std::size_t length = utf8_length(rest);
     const char c = name[i];
     const bool is_control = static_cast<unsigned char>(c) < 0x20;
-    const bool is_forbidden = is_control && c != '\t' && c != '\n' && c != '\r';
+    const bool is_forbidden = (is_control && c != '\t' && c != '\n' && c != '\r') || rest.starts_with("\xEF\xBF\xBE") ||
+                              rest.starts_with("\xEF\xBF\xBF"); // U+FFFE and U+FFFF
     if (length == 0 || is_forbidden)
       throw Error(ErrorCode::kBadInput, "cannot write " + path + ": the name of array '" + name + "' " +
-                                            (is_forbidden ? "has a control character that XML cannot hold"
+                                            (is_forbidden ? "has a character that XML cannot hold"
                                                           : "is not text in UTF-8, which a VTU has") +
                                             "; a .vtk file may have it");
     if (is_control || c == '<' || c == '>' || c == '&' || c == '"' || c == '\'')
@@ -274,6 +264,20 @@ void write_vtu(const WholeFile& file, vtkUnstructuredGrid& grid, const TetMesh& 
   if (!written) file.fail("VTK gave up");
 }
 
+/// As a word of the file, of which VTK's reader takes no more: there all but plain letters and marks are three.
+void check_legacy_names(const std::string& path, vtkDataSetAttributes& data) {
+  constexpr std::size_t kLongestWord = 255;
+  for (int i = 0; i < data.GetNumberOfArrays(); ++i) {
+    const std::string name = data.GetArrayName(i);
+    std::size_t length = 0;
+    for (const char c : name)
+      length += c < '!' || c > '~' || c == '"' || c == '%' ? 3 : 1;
+    if (length > kLongestWord)
+      throw Error(ErrorCode::kBadInput, "cannot write " + path + ": the name of array '" + name.substr(0, 40) +
+                                            "...' is too long for legacy VTK; a .vtu file may have it");
+  }
+}
+
 void write_legacy(const WholeFile& file, vtkUnstructuredGrid& grid, const vtkio::Messages& messages,
                   const ProgressCallback& progress) {
   vtkNew<vtkUnstructuredGridWriter> writer;
@@ -314,6 +318,8 @@ void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions
     escape_names(path, *grid->GetCellData());
     write_vtu(file, *grid, mesh, options, messages, progress);
   } else {
+    check_legacy_names(path, *grid->GetPointData());
+    check_legacy_names(path, *grid->GetCellData());
     write_legacy(file, *grid, messages, progress);
   }
   file.commit();

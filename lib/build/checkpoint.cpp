@@ -1,6 +1,7 @@
 #include "build/checkpoint.hpp"
 
 #include "builder_id.hpp"
+#include "formats/ptet/running_hash.hpp"
 #include "formats/whole_file.hpp"
 #include "ptet/error.hpp"
 #include "ptet/version.hpp"
@@ -27,14 +28,10 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return XXH64(bytes.data(), bytes.size(), 0);
 }
 
-/// A hash that is fed piece by piece.
-class RunningHash {
+/// Of things, not of bytes.
+class Identity {
 public:
-  RunningHash() : state_(XXH64_createState(), XXH64_freeState) {
-    if (!state_) throw std::bad_alloc();
-    XXH64_reset(state_.get(), 0);
-  }
-  void add(std::span<const std::byte> bytes) { XXH64_update(state_.get(), bytes.data(), bytes.size()); }
+  void add(std::span<const std::byte> bytes) { hash_.add(bytes); }
   void add(std::string_view text) {
     add(std::uint64_t{text.size()});
     add(std::as_bytes(std::span(text)));
@@ -46,10 +43,10 @@ public:
     add(std::uint64_t{array.components});
     add(std::span<const std::byte>(array.bytes));
   }
-  [[nodiscard]] std::uint64_t value() const { return XXH64_digest(state_.get()); }
+  [[nodiscard]] std::uint64_t value() const { return hash_.value(); }
 
 private:
-  std::unique_ptr<XXH64_state_t, decltype(&XXH64_freeState)> state_;
+  file::RunningHash hash_;
 };
 
 std::string hex(std::uint64_t number) {
@@ -115,7 +112,7 @@ std::span<const std::byte> payload_of(const std::string& path, const std::vector
 } // namespace
 
 BuildIdentity identity_of(const TetMesh& mesh, std::vector<std::pair<std::string, std::string>> options) {
-  RunningHash hash;
+  Identity hash;
   hash.add(mesh.positions);
   hash.add(std::uint64_t{mesh.point_arrays.size()});
   for (const PointArray& array : mesh.point_arrays)

@@ -1,10 +1,24 @@
 #include "build/working_complex.hpp"
 
+#include "ptet/error.hpp"
+
 #include <algorithm>
 #include <cassert>
+#include <limits>
 #include <utility>
 
 namespace ptet::build {
+namespace {
+
+/// Stars name places in the pool by 32 bits.
+void check_pool_size(std::size_t size) {
+  if (size > std::numeric_limits<std::uint32_t>::max())
+    throw Error(ErrorCode::kLimit,
+                "the stars of the vertices have more than 2^32 - 1 tets and faces together; build over "
+                "pieces");
+}
+
+} // namespace
 
 WorkingComplex::WorkingComplex(std::uint32_t vertex_count, std::span<const Tet> tets,
                                std::span<const std::array<VertexId, 3>> boundary_faces)
@@ -21,10 +35,11 @@ WorkingComplex::WorkingComplex(std::uint32_t vertex_count, std::span<const Tet> 
   for (const auto& f : boundary_faces)
     add({f[0].index(), f[1].index(), f[2].index(), dummy_});
 
-  std::uint32_t begin = 0;
+  std::size_t begin = 0;
   for (Star& star : stars_) {
-    star.begin = begin;
+    star.begin = static_cast<std::uint32_t>(begin);
     begin += star.capacity;
+    check_pool_size(begin);
   }
   pool_.resize(begin);
   for (SlotId s = 0; s < slots_.size(); ++s)
@@ -76,6 +91,7 @@ WorkingComplex::Star WorkingComplex::take_chunk(std::uint32_t size) {
     return {begin, 0, capacity};
   }
   const auto begin = static_cast<std::uint32_t>(pool_.size());
+  check_pool_size(pool_.size() + most);
   pool_.resize(pool_.size() + most);
   return {begin, 0, most};
 }

@@ -78,7 +78,8 @@ std::vector<BoundingBox> boxes_of(const std::vector<Triangle>& triangles, const 
 /// A triangle that was cut three times at most. Where rounding lets a cut cross every edge, there are 4, 6, then 9
 /// corners.
 struct FlatPolygon {
-  std::array<Point, 9> corner;
+  static constexpr std::size_t kMostCorners = 9;
+  std::array<Point, kMostCorners> corner;
   std::size_t size = 0;
 
   void add(const Point& p) { corner[size++] = p; }
@@ -356,7 +357,7 @@ private:
   }
 
   void push_fan(const FlatPolygon& polygon, std::uint32_t hint) {
-    std::array<std::uint32_t, 8> nearest{};
+    std::array<std::uint32_t, FlatPolygon::kMostCorners> nearest{};
     for (std::size_t i = 0; i < polygon.size; ++i) {
       nearest[i] = hint;
       (void)look(polygon.corner[i], nearest[i]);

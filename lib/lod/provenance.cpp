@@ -1,5 +1,7 @@
 #include "lod/provenance.hpp"
 
+#include "mesh/utf8.hpp"
+
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -7,26 +9,6 @@
 
 namespace ptet {
 namespace {
-
-using Byte = unsigned char;
-
-/// The length of the character that begins the text, or 0 when that is no well-formed UTF-8 (Unicode, table 3-7).
-std::size_t character_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<Byte>(text[i]) : Byte{0}; };
-  const auto in = [&](std::size_t i, Byte low, Byte high) { return byte(i) >= low && byte(i) <= high; };
-  const Byte lead = byte(0);
-  if (lead < 0x80) return 1;
-  if (lead >= 0xC2 && lead <= 0xDF) return in(1, 0x80, 0xBF) ? 2 : 0;
-  if (lead >= 0xE0 && lead <= 0xEF) {
-    const Byte low = lead == 0xE0 ? 0xA0 : 0x80, high = lead == 0xED ? 0x9F : 0xBF; // no overlong forms, no surrogates
-    return in(1, low, high) && in(2, 0x80, 0xBF) ? 3 : 0;
-  }
-  if (lead >= 0xF0 && lead <= 0xF4) {
-    const Byte low = lead == 0xF0 ? 0x90 : 0x80, high = lead == 0xF4 ? 0x8F : 0xBF;
-    return in(1, low, high) && in(2, 0x80, 0xBF) && in(3, 0x80, 0xBF) ? 4 : 0;
-  }
-  return 0;
-}
 
 void append_ascii(std::string& out, char c) {
   constexpr std::array<std::pair<char, char>, 7> kShort{
@@ -36,11 +18,11 @@ void append_ascii(std::string& out, char c) {
   if (found != kShort.end()) {
     out += '\\';
     out += found->second;
-  } else if (static_cast<Byte>(c) < 0x20) {
+  } else if (static_cast<unsigned char>(c) < 0x20) {
     constexpr std::string_view kDigits = "0123456789abcdef";
     out += "\\u00";
-    out += kDigits[static_cast<Byte>(c) >> 4U];
-    out += kDigits[static_cast<Byte>(c) & 15U];
+    out += kDigits[static_cast<unsigned char>(c) >> 4U];
+    out += kDigits[static_cast<unsigned char>(c) & 15U];
   } else {
     out += c;
   }
@@ -79,7 +61,7 @@ std::string options(const file::Manifest& manifest) {
 std::string json_string(std::string_view text) {
   std::string out = "\"";
   while (!text.empty()) {
-    const std::size_t length = character_length(text);
+    const std::size_t length = utf8_length(text);
     if (length == 1)
       append_ascii(out, text.front());
     else if (length > 1)

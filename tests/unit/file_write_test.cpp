@@ -57,6 +57,17 @@ TEST_CASE("a file is written under its name and nothing is left beside it") {
   CHECK(reader.bytes_read() < bytes);
 }
 
+TEST_CASE("arrays that could not be told apart, or not named, are refused") {
+  TetMesh mesh = grid({});
+  const auto [name, says] = GENERATE(table<std::string, std::string>(
+      {{"", "has no name"}, {std::string("a\0b", 3), "behind a zero byte"}, {"f", "are called 'f'"}}));
+  const PointArray more{name, ScalarType::kUInt8, 1, std::vector<std::byte>(mesh.vertex_count())};
+  mesh.point_arrays = {{"f", ScalarType::kUInt8, 1, std::vector<std::byte>(mesh.vertex_count())}, more};
+  std::string message;
+  CHECK(code_of([&] { file::check_storable(mesh); }, message) == ErrorCode::kBadInput);
+  CHECK_THAT(message, Catch::Contains(says));
+}
+
 TEST_CASE("cancelling at any time leaves the old file and nothing else") {
   const Folder folder;
   const TetMesh mesh = grid({});

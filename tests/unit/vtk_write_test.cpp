@@ -7,6 +7,7 @@
 
 #include <csignal>
 #include <limits>
+#include <optional>
 #include <random>
 
 #include <catch2/catch.hpp>
@@ -202,6 +203,27 @@ TEST_CASE("a mesh that does not hold together is not written", "[vtk]") {
   SECTION("two arrays of one name") {
     mesh.point_arrays.assign(2, {"f", ScalarType::kFloat64, 1, std::vector<std::byte>(32)});
     CHECK(code_of_writing(path, mesh) == ErrorCode::kBadInput);
+  }
+  SECTION("names that no XML can hold") {
+    const std::string name = GENERATE("\xED\xA0\x80", "\xE0\x80\x80", "\xF0\x80\x80\x80", "\xF4\x90\x80\x80",
+                                      "\xC0\x80", "\xEF\xBF\xBE", "\xEF\xBF\xBF", "\xE2\x82", "\xFF", "\x01");
+    mesh.point_arrays.push_back({"a" + name, ScalarType::kFloat64, 1, std::vector<std::byte>(32)});
+    CHECK(code_of_writing(path, mesh) == ErrorCode::kBadInput);
+  }
+  SECTION("names that are too long for legacy VTK") {
+    const auto [name, code] =
+        GENERATE(table<std::string, std::optional<ErrorCode>>({{std::string(255, 'n'), std::nullopt},
+                                                               {std::string(256, 'n'), ErrorCode::kBadInput},
+                                                               {std::string(85, ' '), std::nullopt},
+                                                               {std::string(86, ' '), ErrorCode::kBadInput}}));
+    mesh.point_arrays.push_back({name, ScalarType::kFloat64, 1, std::vector<std::byte>(32)});
+    if (code) {
+      CHECK(code_of_writing(folder / "mesh.vtk", mesh) == *code);
+    } else {
+      const TempFolder other;
+      write_mesh(other / "mesh.vtk", mesh);
+      CHECK(read_mesh(other / "mesh.vtk").point_arrays.at(0).name == name);
+    }
   }
   SECTION("a cell array of another length") {
     CHECK(code_of_writing(path, mesh, {{}, {}, {{"e", std::vector<float>(2)}}}) == ErrorCode::kBadArgument);

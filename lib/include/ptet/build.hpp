@@ -131,7 +131,7 @@ struct BuildOptions {
   /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large
   /// meshes.
   bool keep_order = false;
-  /// Worker threads; 0: as many as the machine has. The file does not depend on it.
+  /// Worker threads, 1024 at most; 0: as many as the machine has. The file does not depend on it.
   unsigned threads = 0;
   /// The most resident memory that the process may come to, in bytes; 0: no limit. A build that is foreseen to take
   /// more is refused with kLimit: before anything is allocated, by the counts of the mesh, and again when its boundary

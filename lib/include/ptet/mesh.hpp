@@ -60,7 +60,7 @@ using Tet = std::array<VertexId, 4>;
 
 struct TetMesh {
   PointArray positions{"", ScalarType::kFloat64, 3, {}}; ///< 3 components, any numeric type
-  std::vector<PointArray> point_arrays;                  ///< the fields: each has as many rows as `positions`
+  std::vector<PointArray> point_arrays;                  ///< the fields: rows as `positions` has, names of their own
   std::vector<Tet> tets;                                 ///< vertex ids are rows of `positions`
 
   [[nodiscard]] std::size_t vertex_count() const { return positions.size(); }

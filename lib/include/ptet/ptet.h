@@ -72,8 +72,9 @@ void ptet_error_free(ptet_error* error);
 
 /* ---- Callbacks ---- */
 
-/* Told how far a call has come, at most some hundred times a second; `total` is 0 while it is unknown. `stage` is valid
- * during the call only. Any answer but 0 cancels: the running call ends with PTET_CANCELLED and leaves nothing behind.
+/* Told how far a call has come, by the thread that makes it: as a rule some hundred times a second, of small meshes
+ * more often. `total` is 0 while it is unknown. `stage` is valid during the callback only. Any answer but 0 cancels:
+ * the running call ends with PTET_CANCELLED and leaves nothing behind.
  */
 typedef int32_t (*ptet_progress_callback)(const char* stage, uint64_t done, uint64_t total, void* user);
 
