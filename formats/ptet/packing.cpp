@@ -12,8 +12,8 @@ namespace ptet::file {
 namespace {
 
 constexpr int kLevel = 19;
-/// Of more than kLittle bytes the level's own tables take up to 85 MB; with these it is 10, and frames of some megabytes
-/// become 0.03% longer.
+/// Of more than kLittle bytes the level's own tables take up to 85 MB; with these it is 10, and frames of some
+/// megabytes become 0.03% longer.
 constexpr std::size_t kLittle = std::size_t{1} << 20;
 constexpr int kChainLog = 20, kHashLog = 20;
 /// Between looks: some seconds of work.
