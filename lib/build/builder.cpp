@@ -43,6 +43,8 @@ public:
       collapser_.emplace(prepared, fields_, whole, std::move(samples), options, records_);
       rounds_.emplace(*collapser_, options, round_state_, report);
     });
+    if (auto note = whole == nullptr ? flat_domain_note(prepared, collapser_->scales(), options) : std::nullopt)
+      report.notes.push_back(std::move(*note));
     report.min_quality = min_quality_of(options, prepared);
     if (checkpoints_.enabled())
       identity_ = identity_of(prepared.mesh, describe_options(options, prepared, fields_.fields()));

@@ -1,5 +1,7 @@
 #include "build/error_limits.hpp"
 
+#include "mesh/number_text.hpp"
+#include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 #include "record/error_code.hpp"
 
@@ -69,6 +71,23 @@ double ErrorLimits::domain_weight() const {
 double ErrorLimits::measured_domain_weight() const {
   if (bounds_fields() && domain_ > 0) return 1 / domain_;
   return diagonal_ > 0 ? 1 / (kMeasuredDomainPerField * diagonal_) : 0;
+}
+
+std::optional<std::string> flat_domain_note(const PreparedMesh& prepared, const MeshScales& scales,
+                                            const BuildOptions& options) {
+  double area = 0;
+  for (const Face& face : prepared.boundary_faces) {
+    using namespace vec;
+    const Point a = prepared.points[face[0].index()];
+    area += norm(cross(prepared.points[face[1].index()] - a, prepared.points[face[2].index()] - a)) / 2;
+  }
+  const double limit = options.max_domain_error.absolute(scales.diagonal);
+  const double thickness = area > 0 ? 2 * scales.volume / area : 0;
+  if (!(thickness > 0) || !(limit > thickness)) return std::nullopt;
+  return "the boundary may move by up to " + short_number(limit) +
+         " (--max-domain-error), and on the whole the domain is " + short_number(thickness) +
+         " thick (twice its volume by the area of its boundary): a smaller limit, such as " +
+         short_number(thickness / 4) + ", keeps the shape of coarse meshes, often at no cost";
 }
 
 } // namespace ptet::build

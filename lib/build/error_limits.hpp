@@ -5,10 +5,13 @@
 // Source: Cignoni et al. 2000, section 4.3 (each kind of error counts by its threshold).
 #pragma once
 
+#include "build/mesh_scales.hpp"
 #include "build/normalized_fields.hpp"
 #include "mesh/prepare.hpp"
 #include "ptet/build.hpp"
 
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace ptet::build {
@@ -45,5 +48,9 @@ private:
   double domain_;
   double diagonal_;
 };
+
+/// A note on a limit on the domain error that is more than the domain is thick, on the whole; nothing of others.
+[[nodiscard]] std::optional<std::string> flat_domain_note(const PreparedMesh& prepared, const MeshScales& scales,
+                                                          const BuildOptions& options);
 
 } // namespace ptet::build

@@ -1,12 +1,11 @@
 #include "build/normalized_fields.hpp"
 
 #include "mesh/governing.hpp"
+#include "mesh/number_text.hpp"
 #include "mesh/value_offset.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 
 namespace ptet::build {
@@ -15,9 +14,6 @@ namespace {
 /// Values that are so many times their spread away from 0 count from the least of them, which is exact there: products
 /// of them, as quadrics have, would lose the digits of their differences.
 constexpr double kFar = 16;
-
-/// A range so many times the distance between the quartiles is rather that of a fill value than that of the field.
-constexpr double kOddRange = 1e6;
 
 std::vector<std::uint32_t> governing_arrays(const TetMesh& mesh, const std::vector<std::string>& names) {
   if (names.empty()) return governing_by_default(mesh.point_arrays);
@@ -39,15 +35,10 @@ std::vector<std::uint32_t> governing_arrays(const TetMesh& mesh, const std::vect
 }
 
 /// Of one component over the used vertices.
-struct Spread {
-  double range = 0;
-  double between_quartiles = 0;
-};
-
-Spread spread_of(const PointArray& array, const PreparedMesh& prepared, std::uint32_t component) {
-  Spread spread;
+double spread_of(const PointArray& array, const PreparedMesh& prepared, std::uint32_t component,
+                 std::vector<std::string>& notes) {
   std::vector<double> values(prepared.used_vertex_count);
-  if (values.empty()) return spread;
+  if (values.empty()) return 0;
   const ValueOffset offset(array, 0, component);
   for (std::uint32_t v = 0; v < values.size(); ++v) {
     values[v] = offset.value(array, v, component);
@@ -58,38 +49,21 @@ Spread spread_of(const PointArray& array, const PreparedMesh& prepared, std::uin
                                             "others, or mend it");
   }
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  spread.range = *high - *low;
-  if (spans_too_far(array, spread.range))
+  const double range = *high - *low;
+  if (spans_too_far(array, range))
     throw Error(ErrorCode::kBadInput, "the integers of field '" + array.name +
                                           "' span 2^53 or more, its errors cannot be measured: leave it out of the "
                                           "governing fields by naming the others, or give it as float64");
-  const auto quartile = [&](std::size_t quarters) {
-    const auto nth = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * quarters / 4);
-    std::nth_element(values.begin(), nth, values.end());
-    return *nth;
-  };
-  const double first = quartile(1);
-  spread.between_quartiles = quartile(3) - first;
-  return spread;
-}
-
-/// With three digits, whatever locale the program has set.
-std::string short_number(double x) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.begin(), text.end(), x, std::chars_format::general, 3).ptr};
+  if (const auto odd = has_wide_integers(array) ? std::nullopt : odd_range(values)) // those are without their offset
+    notes.push_back(fill_values_note(array.name, *odd));
+  return range;
 }
 
 /// Diagonal of the box of values over the used vertices; for one component the range.
 double range_of(const PointArray& array, const PreparedMesh& prepared, std::vector<std::string>& notes) {
   double range = 0;
   for (std::uint32_t component = 0; component < array.components; ++component) {
-    const Spread spread = spread_of(array, prepared, component);
-    range = std::hypot(range, spread.range);
-    if (spread.between_quartiles > 0 && spread.range > kOddRange * spread.between_quartiles)
-      notes.push_back("the values of '" + array.name + "' range over " + short_number(spread.range) +
-                      ", half of them within " + short_number(spread.between_quartiles) +
-                      ": if there are fill values among them, fractions of the range mean nothing; give errors in the "
-                      "units of the field, or replace these values");
+    range = std::hypot(range, spread_of(array, prepared, component, notes));
   }
   if (!std::isfinite(range))
     throw Error(ErrorCode::kBadInput,

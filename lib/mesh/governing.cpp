@@ -1,13 +1,64 @@
 #include "mesh/governing.hpp"
 
+#include "mesh/number_text.hpp"
 #include "mesh/value_offset.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
 namespace ptet {
+
+namespace {
+
+/// A range so many times the distance between the quartiles is rather that of a fill value than that of the field.
+constexpr double kOddRange = 1e6;
+/// A value that several vertices have and that is so much of the range away from all others, which differ.
+constexpr double kOddGap = 0.75;
+
+/// How the first value by an order stands apart from the others, where it does.
+template <class Before>
+std::optional<std::string> far_first(const std::vector<double>& values, Before before) {
+  const double first = *std::min_element(values.begin(), values.end(), before);
+  const double last = *std::max_element(values.begin(), values.end(), before);
+  std::size_t count = 0;
+  double second = last;
+  for (const double x : values) {
+    if (x == first)
+      ++count;
+    else if (before(x, second))
+      second = x;
+  }
+  if (count < 2 || second == last || !(std::abs(second - first) > kOddGap * std::abs(last - first)))
+    return std::nullopt;
+  return std::to_string(count) + " are " + number_text(first) + ", all others from " +
+         short_number(std::min(second, last)) + " to " + short_number(std::max(second, last));
+}
+
+} // namespace
+
+std::optional<std::string> odd_range(std::vector<double>& values) {
+  if (values.empty()) return std::nullopt;
+  if (auto low = far_first(values, std::less<>())) return low;
+  if (auto high = far_first(values, std::greater<>())) return high;
+  const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+  const double range = *greatest - *least;
+  const auto quartile = [&](std::size_t quarters) {
+    const auto nth = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * quarters / 4);
+    std::nth_element(values.begin(), nth, values.end());
+    return *nth;
+  };
+  const double first = quartile(1), between_quartiles = quartile(3) - first;
+  if (!(between_quartiles > 0) || !(range > kOddRange * between_quartiles)) return std::nullopt;
+  return "they range over " + short_number(range) + ", half of them within " + short_number(between_quartiles);
+}
+
+std::string fill_values_note(const std::string& name, const std::string& odd) {
+  return "the values of '" + name + "' look as if there were fill values among them (" + odd +
+         "): fractions of the range mean nothing then; give errors in the units of the field, or replace these values";
+}
 
 std::vector<std::uint32_t> governing_by_default(const std::vector<PointArray>& arrays) {
   std::vector<std::uint32_t> chosen;

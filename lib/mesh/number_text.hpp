@@ -1,4 +1,4 @@
-// Numbers in messages.
+// Numbers in messages, alike whatever locale the program has set.
 #pragma once
 
 #include <array>
@@ -7,10 +7,16 @@
 
 namespace ptet {
 
-/// With the fewest digits that read back as the same number, whatever locale the program has set.
+/// With the fewest digits that read back as the same number.
 [[nodiscard]] inline std::string number_text(double x) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), x).ptr};
+}
+
+/// With three digits.
+[[nodiscard]] inline std::string short_number(double x) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), x, std::chars_format::general, 3).ptr};
 }
 
 } // namespace ptet

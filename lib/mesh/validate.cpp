@@ -4,6 +4,7 @@
 #include "mesh/examination.hpp"
 #include "mesh/governing.hpp"
 #include "mesh/scalar_dispatch.hpp"
+#include "mesh/value_offset.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -72,6 +73,20 @@ FieldSummary summarise(const PointArray& array, const Examination& found) {
   return summary;
 }
 
+void find_fill_values(const PointArray& array, const Examination& found, MeshReport& report) {
+  if (has_wide_integers(array)) return;
+  std::vector<double> values;
+  for (std::uint32_t component = 0; component < array.components; ++component) {
+    values.clear();
+    for (std::size_t v = 0; v < found.points.size(); ++v)
+      if (found.links.used[v] != 0) values.push_back(array.value(v, component));
+    if (const auto odd = odd_range(values)) {
+      report.findings.push_back({"fill-values", Severity::kNote, 1, fill_values_note(array.name, *odd), {}});
+      return;
+    }
+  }
+}
+
 } // namespace
 
 double MeshReport::diagonal() const {
@@ -93,9 +108,11 @@ MeshReport report_on(const TetMesh& mesh, const Examination& found) {
   measure_geometry(found, report);
   for (const PointArray& array : mesh.point_arrays)
     report.fields.push_back(summarise(array, found));
-  for (const std::uint32_t i : governing_by_default(mesh.point_arrays))
-    report.fields[i].governs_by_default = true;
   report.findings = found.findings;
+  for (const std::uint32_t i : governing_by_default(mesh.point_arrays)) {
+    report.fields[i].governs_by_default = true;
+    if (report.fields[i].can_govern) find_fill_values(mesh.point_arrays[i], found, report);
+  }
   return report;
 }
 

@@ -1,8 +1,10 @@
 // What a file states of errors within the limits of a build.
 #include "build/error_limits.hpp"
+#include "ptet/build.hpp"
 #include "record/error_code.hpp"
 #include "support/meshes.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <catch2/catch.hpp>
@@ -49,4 +51,34 @@ TEST_CASE("error limits: those that the file holds as they are, none at all, and
   CHECK(std::isinf(limits.field().front()));
   CHECK(std::isinf(limits.domain()));
   CHECK_FALSE(limits.bounds_fields());
+}
+
+TEST_CASE("error limits: that of a flat domain is told of where it is more than its thickness", "[build]") {
+  const bool is_flat = GENERATE(false, true);
+  test::GridOptions shape{{8, 8, 1}, {}, 0, 1};
+  TetMesh mesh = test::grid(shape);
+  if (is_flat) {
+    std::vector<Point> points;
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+      points.push_back(mesh.position(VertexId(v)));
+      points.back()[2] /= 64;
+    }
+    std::vector<std::array<std::uint32_t, 4>> tets;
+    for (const Tet& tet : mesh.tets)
+      tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+    mesh = test::make_mesh(points, tets);
+  }
+  BuildOptions options;
+  options.prediction = Prediction::kQuadric;
+  options.evaluation = Evaluation::kNone;
+  const auto is_told = [&](const Bound& limit) {
+    options.max_domain_error = limit;
+    BuildReport report;
+    (void)build_memory(mesh, options, &report);
+    return std::any_of(report.notes.begin(), report.notes.end(),
+                       [](const std::string& note) { return note.find("--max-domain-error") != std::string::npos; });
+  };
+  CHECK(is_told({0.02, true}) == is_flat);
+  CHECK_FALSE(is_told({0.0001, true}));
+  CHECK(is_told({100, false}));
 }

@@ -291,6 +291,39 @@ TEST_CASE("values that range over more than can be measured, at vertices of tets
   CHECK_FALSE(report.fields[2].can_govern);
 }
 
+TEST_CASE("values that stand apart from all others are taken for fill values", "[validate]") {
+  const TetMesh mesh = test::grid({});
+  std::vector<double> values(mesh.vertex_count());
+  for (std::size_t v = 0; v < values.size(); ++v)
+    values[v] = 5 + static_cast<double>(v % 97) / 10;
+  const auto told_of = [&] {
+    TetMesh with = mesh;
+    std::size_t next = 0;
+    test::add_array(with, "f", ScalarType::kFloat64, 1,
+                    [&](const Point&) { return std::vector<double>{values[next++]}; });
+    for (const Finding& finding : validate(with).findings)
+      if (finding.code == "fill-values") return finding.message;
+    return std::string();
+  };
+  CHECK(told_of().empty());
+  const double fill = GENERATE(-999.0, 9.969209968386869e36, -32768.0, 1e-300);
+  values[7] = fill;
+  if (std::abs(fill) > 1e6) {
+    CHECK_THAT(told_of(), Catch::Contains("they range over 9.97e+36")); // one alone, but beyond all measure
+  } else {
+    CHECK(told_of().empty()); // a value that one vertex has may be one like others
+  }
+  values[20] = fill;
+  if (std::abs(fill) > 1) {
+    CHECK_THAT(told_of(), Catch::Contains("'f'") && Catch::Contains("2 are ") && Catch::Contains("from 5 to 14.6"));
+  } else {
+    CHECK(told_of().empty()); // 0 beside 5 to 14.6
+  }
+  for (double& value : values)
+    if (value != fill) value = 1;
+  CHECK(told_of().empty()); // a mask
+}
+
 TEST_CASE("a vector that is finite is counted so, whatever its length", "[validate]") {
   TetMesh mesh = test::two_tets_sharing_a_face();
   const std::vector<double> values(3 * mesh.vertex_count(), 1.5e308);
