@@ -343,7 +343,7 @@ private:
     out_.overlaps_itself = !out_.folded.empty();
     if (!out_.folded.empty() || !out_.faces.crowded.empty() || !out_.faces.duplicates.empty()) return;
     out_.overlaps_examined = true;
-    Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, [this] { look(); });
+    Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, rounding(), [this] { look(); });
     const char* const then = "parts of the mesh overlap, and errors there are those of each part by itself";
     Tally crossing, within;
     for (const auto& pair : found.crossing)
@@ -354,9 +354,20 @@ private:
            "pairs of boundary faces that cross, by their tets", then);
     report(within, "overlapping-tets", Severity::kWarning, "tet at the boundary that others reach into",
            "tets at the boundary that others reach into", then);
+    Tally hanging;
+    for (const VertexId v : found.hanging)
+      hanging.add(v);
+    report(hanging, "hanging-vertices", Severity::kWarning,
+           "boundary vertex that lies on a face or edge without being a corner of it",
+           "boundary vertices that lie on faces or edges without being corners of these",
+           "cells do not meet there face to face, as at a step of refinement: they are not joined, and each side is a "
+           "boundary with errors of its own; split the larger cells at these vertices to join them");
     out_.overlaps_itself = !found.crossing.empty() || !found.within.empty();
     out_.crossing = std::move(found.crossing);
   }
+
+  /// Of coordinates as they are stored, twice over: middles of edges, for one, are computed.
+  [[nodiscard]] double rounding() const { return mesh_.positions.type == ScalarType::kFloat32 ? 0x1p-23 : 0x1p-50; }
 
   static Face sorted(Face face) {
     std::sort(face.begin(), face.end());

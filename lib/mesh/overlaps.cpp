@@ -1,11 +1,15 @@
 #include "mesh/overlaps.hpp"
 
+#include "error/closest_point.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/by_parts.hpp"
 #include "mesh/face_plane.hpp"
+#include "mesh/vec3.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <optional>
 
 namespace ptet {
@@ -69,14 +73,19 @@ public:
       : points_(points), tets_(tets), boundary_(boundary), tree_(boxes_of(points, boundary.faces)),
         axis_(shortest_axis(tree_.nodes()[0].box)) {}
 
-  [[nodiscard]] Overlaps run(const std::function<void()>& look) const {
+  [[nodiscard]] Overlaps run(double rounding, const std::function<void()>& look) const {
     Overlaps found;
-    for_all_faces(found.crossing, look, [&](std::uint32_t f, auto& crossing) { find_crossing(f, crossing); });
+    for_all(boundary_.faces.size(), found.crossing, look,
+            [&](std::uint32_t f, auto& crossing) { find_crossing(f, crossing); });
     std::sort(found.crossing.begin(), found.crossing.end());
-    for_all_faces(found.within, look, [&](std::uint32_t f, auto& within) {
+    for_all(boundary_.faces.size(), found.within, look, [&](std::uint32_t f, auto& within) {
       if (covering(f) > 1) within.push_back(boundary_.half_faces[f] / 4);
     });
     found.within.erase(std::unique(found.within.begin(), found.within.end()), found.within.end()); // by several faces
+    const std::vector<VertexId> vertices = boundary_vertices_besides(found.crossing);
+    for_all(vertices.size(), found.hanging, look, [&](std::uint32_t i, auto& hanging) {
+      if (hangs(vertices[i], rounding)) hanging.push_back(vertices[i]);
+    });
     return found;
   }
 
@@ -84,21 +93,22 @@ private:
   /// How far behind a face is looked, as a part of the height of its tet.
   static constexpr double kBehind = .01;
   /// A tenth of a second of work where the boxes of thousands meet one another.
-  static constexpr std::size_t kFacesBetweenLooks = 1024;
-  static constexpr std::size_t kFacesTogether = 64;
+  static constexpr std::size_t kBetweenLooks = 1024;
+  static constexpr std::size_t kTogether = 64;
+  static constexpr double kAwayFromCorners = 256; ///< times what rounding may move a point
+  static constexpr double kAgainst = 0.999;       ///< cosine of the angle between a face and one that it lies against
 
-  /// Calls `visit(face, what it finds)` for all faces, in parallel; `found` gets it all in their order.
+  /// Calls `visit(i, what it finds)` for 0 .. count - 1, in parallel; `found` gets it all in their order.
   template <class What, class Visit>
-  void for_all_faces(std::vector<What>& found, const std::function<void()>& look, Visit&& visit) const {
-    const std::size_t face_count = boundary_.faces.size();
-    for (std::size_t begin = 0; begin < face_count; begin += kFacesBetweenLooks) {
+  void for_all(std::size_t count, std::vector<What>& found, const std::function<void()>& look, Visit&& visit) const {
+    for (std::size_t begin = 0; begin < count; begin += kBetweenLooks) {
       look();
       const auto visit_run = [&](std::vector<What>& part, std::size_t first, std::size_t last) {
-        for (std::size_t f = first; f < last; ++f)
-          visit(static_cast<std::uint32_t>(f), part);
+        for (std::size_t i = first; i < last; ++i)
+          visit(static_cast<std::uint32_t>(i), part);
       };
-      const std::size_t end = std::min(begin + kFacesBetweenLooks, face_count);
-      for (const std::vector<What>& part : by_parts<std::vector<What>>(begin, end, kFacesTogether, visit_run))
+      const std::size_t end = std::min(begin + kBetweenLooks, count);
+      for (const std::vector<What>& part : by_parts<std::vector<What>>(begin, end, kTogether, visit_run))
         append(found, part);
     }
   }
@@ -132,6 +142,57 @@ private:
         cross = passing(s[i], s[(i + 1) % 3], t).value_or(0) != 0 || passing(t[i], t[(i + 1) % 3], s).value_or(0) != 0;
       if (!cross) return;
       found.push_back({boundary_.half_faces[f], boundary_.half_faces[other]}); // ascending
+    });
+  }
+
+  /// Those of no face that crosses another, which comes near to some of its corners by chance.
+  [[nodiscard]] std::vector<VertexId>
+  boundary_vertices_besides(const std::vector<std::array<HalfFace, 2>>& crossing) const {
+    std::vector<VertexId> vertices, left_out;
+    vertices.reserve(3 * boundary_.faces.size());
+    for (const Face& face : boundary_.faces)
+      vertices.insert(vertices.end(), face.begin(), face.end());
+    for (const auto& pair : crossing)
+      for (const HalfFace h : pair)
+        for (const VertexId v : face_of(tets_, h))
+          left_out.push_back(v);
+    for (std::vector<VertexId>* const ids : {&vertices, &left_out}) {
+      std::sort(ids->begin(), ids->end());
+      ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
+    }
+    std::vector<VertexId> besides;
+    std::set_difference(vertices.begin(), vertices.end(), left_out.begin(), left_out.end(),
+                        std::back_inserter(besides));
+    return besides;
+  }
+
+  /// Whether a vertex lies on a face, and one of its own faces lies against that. A vertex at a corner's place hangs on
+  /// no face there: it is a body's that has points of its own.
+  [[nodiscard]] bool hangs(VertexId v, double relative_rounding) const {
+    using namespace vec;
+    const Point& p = points_[v.index()];
+    const double rounding = relative_rounding * std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+    BoundingBox near{p, p};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      near.low[axis] -= rounding;
+      near.high[axis] += rounding;
+    }
+    const double away_sq = std::pow(kAwayFromCorners * rounding, 2);
+    const auto is_on = [&](const Corners& corner) {
+      return std::all_of(corner.begin(), corner.end(), [&](const Point& c) { return dot(p - c, p - c) > away_sq; }) &&
+             closest_on_triangle(p, corner[0], corner[1], corner[2]).distance_sq <= rounding * rounding;
+    };
+    std::vector<Vec3> own, under; // normals
+    tree_.each_meeting(near, [&](std::uint32_t f) {
+      const Face& face = boundary_.faces[f];
+      const bool is_own = std::find(face.begin(), face.end(), v) != face.end();
+      const Corners corner = corners(f);
+      if (!is_own && !is_on(corner)) return;
+      if (const auto normal = direction_of(cross(corner[1] - corner[0], corner[2] - corner[0])))
+        (is_own ? own : under).push_back(*normal);
+    });
+    return std::any_of(under.begin(), under.end(), [&](const Vec3& n) {
+      return std::any_of(own.begin(), own.end(), [&](const Vec3& m) { return dot(n, m) < -kAgainst; });
     });
   }
 
@@ -186,8 +247,8 @@ private:
 } // namespace
 
 Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets, const BoundarySurface& boundary,
-                       const std::function<void()>& look) {
-  return boundary.faces.empty() ? Overlaps{} : Finder(points, tets, boundary).run(look);
+                       double rounding, const std::function<void()>& look) {
+  return boundary.faces.empty() ? Overlaps{} : Finder(points, tets, boundary).run(rounding, look);
 }
 
 } // namespace ptet

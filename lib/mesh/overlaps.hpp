@@ -6,6 +6,10 @@
 //    | A |    | B  |                          it enters it, by two or more: so many tets hold the point that it starts
 //    |___|____|    |                          from
 //        |_________|              What only touches, as unwelded bodies with a common wall do, overlaps nowhere.
+//
+//     ____________
+//    |     |______|   hanging     a boundary vertex on a boundary face or edge that it is no corner of, as where cells
+//    |_____v______|               of one size meet cells of another
 #pragma once
 
 #include "mesh/topology.hpp"
@@ -22,13 +26,15 @@ struct Overlaps {
   /// vertex are not looked at, nor what floating-point numbers are not sure of.
   std::vector<std::array<HalfFace, 2>> crossing;
   std::vector<std::uint32_t> within; ///< tets whose boundary face other tets reach over, in its middle; ascending
+  std::vector<VertexId> hanging;     ///< ascending
 };
 
 /// Tets positively oriented or flat, no faces folded or of more than two tets. What is found is there; overlaps much
 /// smaller than the faces around them, or thinner than a hundredth of the height of a tet, may be missed. `look` is
-/// called now and then, and may throw. Cost: some microseconds a boundary face; more where the boxes of many meet one
-/// another.
+/// called now and then, and may throw. `rounding`: how far from its place a coordinate may be, as a fraction of
+/// it. Cost: some microseconds a boundary face; more where the boxes of many meet one another.
 [[nodiscard]] Overlaps find_overlaps(std::span<const Point> points, std::span<const Tet> tets,
-                                     const BoundarySurface& boundary, const std::function<void()>& look);
+                                     const BoundarySurface& boundary, double rounding,
+                                     const std::function<void()>& look);
 
 } // namespace ptet

@@ -218,14 +218,6 @@ class Reports(Case):
         self.built_grid(9)  # .57 x 1000 is below 570 in doubles
         self.assertEqual(self.json("extract", "grid.ptet", "--vertices", "57%")["asked"]["vertices"], 570)
 
-    def test_of_several_processes_the_first_does_what_one_can_do(self):
-        self.built_grid(4)
-        command = ["extract", "grid.ptet", "--vertices", "50%", "-o", "part.vtu"]
-        for rank, speaks in [("1", False), ("0", True)]:
-            environment = dict(os.environ, OMPI_COMM_WORLD_SIZE="2", OMPI_COMM_WORLD_RANK=rank)
-            self.assertEqual(self.ptet(*command, env=environment).stdout != "", speaks)
-            self.assertEqual((self.folder / "part.vtu").exists(), speaks)
-
     def test_what_does_not_fit_into_memory(self):
         self.built_grid(12)
         self.refused(5, "extract", "grid.ptet", "--memory-limit", "10k", says="memory")

@@ -215,6 +215,42 @@ TEST_CASE("parts that overlap, and those that touch", "[validate]") {
   }
 }
 
+TEST_CASE("vertices that hang on larger cells", "[validate]") {
+  // A wall of one square, two faces, before a wall of four squares, of which it has the corners; both on points of
+  // their own where they meet, or the same.
+  const auto offset = GENERATE(0.0, 0.37, 1000.0 / 3);
+  const auto type = GENERATE(ScalarType::kFloat32, ScalarType::kFloat64);
+  std::vector<Point> points;
+  for (const double x : {0.0, 1.0, 2.0})
+    for (const double y : {0.0, 1.0, 2.0})
+      points.push_back({x + offset, y / 3 + offset, 0.25 + offset});
+  points.push_back({1 + offset, 1.0 / 3 + offset, 1 + offset});  // 9, above
+  points.push_back({1 + offset, 1.0 / 3 + offset, -1 + offset}); // 10, below
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const std::uint32_t corner : {0U, 1U, 3U, 4U}) {
+    tets.push_back({corner, corner + 3, corner + 4, 9});
+    tets.push_back({corner, corner + 4, corner + 1, 9});
+  }
+  tets.push_back({0, 8, 6, 10});
+  tets.push_back({0, 2, 8, 10});
+  const MeshReport report = validate(make_mesh(points, tets, type));
+  const auto found = std::find_if(report.findings.begin(), report.findings.end(),
+                                  [](const Finding& finding) { return finding.code == "hanging-vertices"; });
+  REQUIRE(found != report.findings.end());
+  CHECK(found->first_ids == std::vector<std::uint64_t>{1, 3, 4, 5, 7});
+  // What is refined on both sides hangs nowhere, and bodies with points of their own do not, either.
+  tets.resize(8);
+  const std::size_t above = points.size();
+  points.insert(points.end(), points.begin(), points.begin() + 9);
+  for (const std::uint32_t corner : {0U, 1U, 3U, 4U}) {
+    const auto own = static_cast<std::uint32_t>(above) + corner;
+    tets.push_back({own, own + 4, own + 3, 10});
+    tets.push_back({own, own + 1, own + 4, 10});
+  }
+  for (const Finding& finding : validate(make_mesh(points, tets, type)).findings)
+    CHECK(std::string(finding.code) != "hanging-vertices");
+}
+
 TEST_CASE("unused and coincident points", "[validate]") {
   std::vector<Point> points = kFivePoints;
   points.push_back(points[0]);
@@ -439,7 +475,7 @@ TEST_CASE("what is found is the same on any number of threads", "[validate]") {
   const auto overlaps_on = [&](int threads) {
     if (crowded) return Overlaps{}; // they are not looked for
     return tbb::task_arena(threads).execute(
-        [&] { return find_overlaps(alone.points, alone.tets, alone.boundary, [] {}); });
+        [&] { return find_overlaps(alone.points, alone.tets, alone.boundary, 0, [] {}); });
   };
   const Overlaps overlaps = overlaps_on(1);
   CHECK(alone.findings.size() >= 3);
