@@ -143,15 +143,11 @@ void Assembler::note_component_names(const std::string& name, vtkDataArray& arra
             ") are not carried; their order is");
 }
 
-void Assembler::note_ghost_points(vtkAbstractArray& array) {
+void Assembler::count_ghost_points(vtkAbstractArray& array) {
   auto* const flags = vtkDataArray::SafeDownCast(&array);
   if (flags == nullptr) return;
-  std::uint64_t marked = 0;
   for (vtkIdType i = 0; i < flags->GetNumberOfTuples(); ++i)
-    marked += flags->GetComponent(i, 0) != 0 ? 1 : 0;
-  if (marked > 0)
-    note_once("the flags of points (vtkGhostType: duplicate or hidden) are not carried; they mark " + grouped(marked) +
-              (marked == 1 ? " point" : " points"));
+    ghost_points_ += flags->GetComponent(i, 0) != 0 ? 1 : 0;
 }
 
 void Assembler::add_points(vtkUnstructuredGrid& grid) {
@@ -171,7 +167,7 @@ void Assembler::add_points(vtkUnstructuredGrid& grid) {
     vtkAbstractArray& any = *data.GetAbstractArray(i);
     const std::string given = any.GetName() ? any.GetName() : "";
     if (given == vtkDataSetAttributes::GhostArrayName()) {
-      note_ghost_points(any);
+      count_ghost_points(any);
       continue;
     }
     vtkDataArray* array = vtkDataArray::SafeDownCast(&any);
@@ -301,7 +297,9 @@ TetMesh Assembler::finish() {
   std::vector<std::string> parts;
   for (const auto& [type, kind] : refused_cells_)
     parts.push_back(counted(kind.count, type) + " (first: cell " + std::to_string(kind.first_cell) + ")");
-  if (!parts.empty()) fail("holds " + joined(parts) + ", which ptet cannot split into tetrahedra");
+  if (!parts.empty())
+    fail("holds " + joined(parts) +
+         ", which ptet cannot split into tetrahedra: do so first, as ParaView's Tetrahedralize does");
 
   for (const auto& [type, kind] : flat_cells_)
     parts.push_back(counted(kind.count, type));
@@ -310,6 +308,9 @@ TetMesh Assembler::finish() {
     fail("holds " + (parts.empty() ? "no cells" : joined(parts) + " and no volume cells") + ": ptet needs tetrahedra");
   }
   if (!parts.empty()) report_.notes.push_back("skipped " + joined(parts));
+  if (ghost_points_ != 0)
+    report_.notes.push_back("the flags of points (vtkGhostType: duplicate or hidden) are not carried; they mark " +
+                            grouped(ghost_points_) + (ghost_points_ == 1 ? " point" : " points"));
   if (ghost_cells_ != 0)
     report_.notes.push_back("skipped " + grouped(ghost_cells_) + (ghost_cells_ == 1 ? " ghost cell" : " ghost cells") +
                             " (vtkGhostType); points are kept");

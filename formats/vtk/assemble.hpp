@@ -50,7 +50,7 @@ private:
   void add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
                  std::uint64_t id_count);
   void note_component_names(const std::string& name, vtkDataArray& array);
-  void note_ghost_points(vtkAbstractArray& array);
+  void count_ghost_points(vtkAbstractArray& array);
   void note_turned(const std::vector<std::uint64_t>& cells);
 
   std::string path_;
@@ -62,6 +62,7 @@ private:
   std::uint64_t point_count_ = 0; ///< its number of points
   std::uint64_t cell_count_ = 0;  ///< of all grids so far
   std::uint64_t ghost_cells_ = 0;
+  std::uint64_t ghost_points_ = 0;
   std::map<int, Kind> volume_cells_; ///< by VTK cell type
   std::map<int, Kind> flat_cells_;   ///< of dimension 0 to 2, and empty ones
   std::map<int, Kind> refused_cells_;

@@ -214,7 +214,8 @@ private:
     if (keyword != "dataset") fail("holds no dataset");
     const std::string dataset = word();
     if (dataset != "unstructured_grid")
-      fail("holds a dataset of type " + quoted(dataset) + ": ptet needs an unstructured_grid");
+      fail("holds a dataset of type " + quoted(dataset) +
+           ": ptet needs an unstructured_grid, which ParaView's Append Datasets makes");
   }
 
   void read_cells() {
@@ -262,7 +263,9 @@ private:
       if (type < 0 || type > 255)
         fail("cell " + std::to_string(cell) + " has the type " + std::to_string(type) + ", and there is none such");
       if (type == VTK_POLYHEDRON)
-        fail("cell " + std::to_string(cell) + " is a polyhedron, which ptet cannot split into tetrahedra");
+        fail("cell " + std::to_string(cell) +
+             " is a polyhedron, which ptet cannot split into tetrahedra: do so first, as "
+             "ParaView's Tetrahedralize does");
     }
   }
 

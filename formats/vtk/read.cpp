@@ -89,8 +89,8 @@ void read_any(const Source& source, Assembler& assembler) {
     const std::string type = xml_dataset_type(xml);
     if (type == "Collection") assembler.fail("is a list of files (PVD): name one of them");
     if (type != "UnstructuredGrid" && type != "PUnstructuredGrid")
-      assembler.fail("holds a " + (type.empty() ? "dataset of unknown type" : type) +
-                     ": ptet needs an UnstructuredGrid or PUnstructuredGrid");
+      assembler.fail("holds a dataset of " + (type.empty() ? "unknown type" : "type " + type) +
+                     ": ptet needs an UnstructuredGrid or PUnstructuredGrid, which ParaView's Append Datasets makes");
     source.report.format = type == "UnstructuredGrid" ? "VTU" : "PVTU";
     (type == "UnstructuredGrid" ? read_vtu : read_pvtu)(source, assembler);
   } else if (const std::string hint = what_to_do(head); !hint.empty()) {

@@ -615,8 +615,8 @@ void read_pvtu(const Source& source, Assembler& assembler) {
   if (pieces > 1)
     source.report.notes.push_back(
         "joined " + grouped(static_cast<std::uint64_t>(pieces)) +
-        " pieces; points that they share are kept apart, as they are in the files: where they "
-        "touch is boundary and cannot get much coarser, unless they are welded (ptet build --weld)");
+        " pieces; points that they share stand in each of them, as in the files: where pieces touch "
+        "is boundary and cannot get much coarser, unless these points are welded (ptet build --weld)");
 }
 
 void measure_vtu(const Source& source, AnnouncedMesh& announced) {

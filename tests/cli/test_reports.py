@@ -126,7 +126,7 @@ class Reports(Case):
                          [["error", "falloff", "half_space"], ["error", "falloff", "oriented_box"]])
         self.assertEqual(graded["asked"]["focus"][0]["error"], {"smooth": 0, "bumpy": 0})
         first, second = graded["achieved"]["in_focus"]
-        self.assertEqual(first, {"field_error": {"smooth": 0, "bumpy": 0}, "domain_error": 0})
+        self.assertEqual(first, {"field_error": {"smooth": 0, "bumpy": 0}, "domain_error": 0, "tets": 6 * 8 * 8})
         for field, error in second["field_error"].items():
             self.assertLessEqual(error, graded["asked"]["focus"][1]["error"][field])
         self.assertTrue(coarse <= graded["tets"] < whole)

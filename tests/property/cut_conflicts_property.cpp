@@ -385,7 +385,8 @@ TetMesh riddled_block(int cells, unsigned seed) {
 std::size_t tets_within_others(const Built& built, const std::vector<char>& is_split) {
   const std::vector<Tet> tets = test::cut_mesh(built.records, is_split).tets;
   const std::vector<Point>& points = built.prepared.points;
-  return find_overlaps(points, tets, build_boundary(tets, build_face_table(tets, points.size()), points.size()), [] {})
+  return find_overlaps(points, tets, build_boundary(tets, build_face_table(tets, points.size()), points.size()), 0,
+                       [] {})
       .within.size();
 }
 

@@ -299,8 +299,8 @@ the length counts. --view keeps the boundary sharp to --pixels in a picture in p
 errors absolute, seconds for opening and extraction ("write_seconds" for the writing), bytes those that --bytes counts.
 Errors are no bounds where the build has not measured them everywhere (--evaluate). Where tets of the original lie in
 one another ("overlaps_itself"), errors are those of each part by itself. With a focus, values or a view "achieved" has
-the errors there by themselves: "in_focus" and "at_values", lists in the order asked (isovalues first), and "in_view"
-with "pixels" (null where an eye is so near that none is a bound). The RMS error is over what the mesh covers of the
+the errors there by themselves: "in_focus", with the "tets" of the mesh that meet it, and "at_values", lists in the order
+asked (isovalues first), and "in_view" with "pixels" (null where an eye is so near that none is a bound). The RMS error is over what the mesh covers of the
 original, of whose volume that is at least the part "covered"; a build that did not measure them leaves none. Notes say
 what of the wishes met nothing, that tets of the original lie in one another, and what .stl could not hold.
 )";

@@ -1,6 +1,8 @@
 #include "extract_report.hpp"
 
 #include "console.hpp"
+#include "lod/region.hpp"
+#include "mesh/box_tree.hpp"
 #include "plain_output.hpp"
 
 #include <algorithm>
@@ -100,20 +102,43 @@ Json asked_json(const Request& request, const DatasetInfo& info) {
   return asked;
 }
 
+/// How many tets of the mesh meet the region: what the user has named, beside what had to come with it.
+std::uint64_t tets_meeting(const Region& region, const TetMesh& mesh) {
+  constexpr std::size_t kRunLength = 128; // near one another in the file, and so as a rule here
+  std::uint64_t count = 0;
+  for (std::size_t begin = 0; begin < mesh.tets.size(); begin += kRunLength) {
+    const auto run = std::span(mesh.tets).subspan(begin, std::min(kRunLength, mesh.tets.size() - begin));
+    BoundingBox box;
+    for (const Tet& tet : run)
+      for (const VertexId v : tet)
+        box.add(mesh.position(v));
+    if (!meets(region, box.low, box.high)) continue;
+    count += static_cast<std::uint64_t>(std::count_if(run.begin(), run.end(), [&](const Tet& tet) {
+      const std::array<Point, 4> corners{mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]),
+                                         mesh.position(tet[3])};
+      return meets(region, corners);
+    }));
+  }
+  return count;
+}
+
 /// The original has no errors, whatever the build has measured.
 bool are_bounds(const DatasetInfo& info, const Extraction& extraction) {
   return info.errors_are_bounds || extraction.limited_by == LimitedBy::kNothing;
 }
 
-Json achieved_json(const Extraction& extraction, const DatasetInfo& info) {
+Json achieved_json(const Extraction& extraction, const Request& request, const DatasetInfo& info) {
   Json achieved = {{"field_error", by_field(info, extraction.field_error)},
                    {"domain_error", extraction.domain_error},
                    {"errors_are_bounds", are_bounds(info, extraction)},
                    {"overlaps_itself", info.overlaps_itself}};
   achieved["rms_error"] = extraction.rms_error.empty() ? Json(nullptr) : by_field(info, extraction.rms_error);
   achieved["covered"] = extraction.covered ? Json(*extraction.covered) : Json(nullptr);
-  for (const PartErrors& errors : extraction.in_focus)
-    achieved["in_focus"].push_back(to_json(errors, info));
+  for (std::size_t i = 0; i < extraction.in_focus.size(); ++i) {
+    Json in_focus = to_json(extraction.in_focus[i], info);
+    in_focus["tets"] = tets_meeting(request.focus[i].region, extraction.mesh);
+    achieved["in_focus"].push_back(std::move(in_focus));
+  }
   for (const PartErrors& errors : extraction.at_values)
     achieved["at_values"].push_back(to_json(errors, info));
   if (extraction.in_view) {
@@ -198,7 +223,8 @@ const char* explain(const Request& request, const Extraction& extraction, const 
   switch (extraction.limited_by) {
   case LimitedBy::kNothing: return "nothing: this is the original mesh";
   case LimitedBy::kError: return "error: what was asked is reached";
-  case LimitedBy::kFocus: return "focus: what it asks is reached, and nothing else is asked";
+  case LimitedBy::kFocus:
+    return "focus: what it asks is reached, with the tets that it needs around it, and nothing else is asked";
   case LimitedBy::kTime: return "time: it was up";
   case LimitedBy::kLoading: return "loading: more blocks are on their way";
   case LimitedBy::kMemory: return "memory: more blocks do not fit";
@@ -227,7 +253,8 @@ void print_parts(const Extraction& extraction, const Request& request, const Dat
               << more << '\n';
   };
   for (std::size_t i = 0; i < extraction.in_focus.size(); ++i)
-    line("in the focus, " + std::visit(RegionText{}, request.focus[i].region), extraction.in_focus[i], "");
+    line("in the focus, " + std::visit(RegionText{}, request.focus[i].region), extraction.in_focus[i],
+         ", " + counted(tets_meeting(request.focus[i].region, extraction.mesh), "tet") + " of the mesh");
   for (std::size_t i = 0; i < extraction.at_values.size(); ++i)
     line("where " + values_text(request.values[i]), extraction.at_values[i], "");
   if (extraction.in_view)
@@ -248,7 +275,7 @@ void print_json(const ExtractOutcome& outcome) {
   const auto& [input, output, info, request, extraction, bytes, seconds, write_seconds, notes] = outcome;
   Json json;
   json["asked"] = asked_json(request, info);
-  json["achieved"] = achieved_json(extraction, info);
+  json["achieved"] = achieved_json(extraction, request, info);
   json["vertices"] = extraction.mesh.vertex_count();
   json["tets"] = extraction.mesh.tets.size();
   json["bytes"] = bytes;
