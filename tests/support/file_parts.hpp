@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <mutex>
 #include <span>
@@ -35,6 +36,18 @@ struct FileParts {
   void mend_blocks();
   [[nodiscard]] Bytes join() const;
 };
+
+/// A number in the bytes, in the machine's order.
+template <class T>
+void put(std::vector<std::byte>& bytes, std::size_t offset, T value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+template <class T>
+[[nodiscard]] T get(const std::vector<std::byte>& bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
 
 /// Flips bit `bit` of all.
 void flip(std::vector<std::byte>& bytes, std::size_t bit);

@@ -66,17 +66,6 @@ const file::Violation* find(const Found& found, const std::string& what) {
   return at == found.end() ? nullptr : &*at;
 }
 
-template <class T>
-void put(Bytes& bytes, std::size_t offset, T value) {
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
-}
-template <class T>
-T get(const Bytes& bytes, std::size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
-
 /// Changes the header under a right hash.
 Bytes with_header(const Bytes& bytes, const std::function<void(Bytes&)>& change) {
   FileParts parts(bytes);
