@@ -2,6 +2,7 @@
 
 #include "formats/vtk/scalar_types.hpp"
 #include "formats/vtk/split_cell.hpp"
+#include "mesh/number_text.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -79,13 +80,6 @@ std::string joined(const std::vector<std::string>& parts) {
 }
 
 } // namespace
-
-std::string grouped(std::uint64_t number) {
-  std::string text = std::to_string(number);
-  for (std::size_t i = text.size(); i > 3; i -= 3)
-    text.insert(i - 3, ",");
-  return text;
-}
 
 std::string unique_name(const std::string& wanted, std::size_t index, std::set<std::string>& taken) {
   const std::string stem = wanted.empty() ? "array_" + std::to_string(index) : wanted;

@@ -15,9 +15,6 @@ class vtkUnstructuredGrid;
 
 namespace ptet::vtkio {
 
-/// "1,234,567"
-[[nodiscard]] std::string grouped(std::uint64_t number);
-
 /// `wanted`, or if it is empty or in `taken` a name made from it that is not. Adds the result to `taken`.
 std::string unique_name(const std::string& wanted, std::size_t index, std::set<std::string>& taken);
 

@@ -1,6 +1,7 @@
 #include "formats/vtk/number_text.hpp"
 #include "formats/vtk/scalar_types.hpp"
 #include "formats/vtk/sources.hpp"
+#include "mesh/number_text.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // The program's side of the conversation: exit codes, progress, interrupts, numbers as people read them, JSON.
 #pragma once
 
+#include "mesh/number_text.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/error.hpp"
 #include "ptet/progress.hpp"
@@ -85,8 +86,6 @@ private:
 
 [[nodiscard]] double seconds_since(Clock::time_point begin);
 
-/// 1234567 as "1,234,567".
-[[nodiscard]] std::string grouped(std::uint64_t number);
 /// "1 tet", "2,000 tets"
 [[nodiscard]] std::string counted(std::uint64_t number, std::string_view noun);
 /// `digits` significant digits.

@@ -1,6 +1,7 @@
 #include "caption.hpp"
 
 #include "lod/region.hpp"
+#include "mesh/number_text.hpp"
 #include "tools/brief_up.hpp"
 
 #include <algorithm>
@@ -16,13 +17,6 @@ std::string brief(double number) {
 }
 
 namespace {
-
-std::string grouped(std::uint64_t number) {
-  std::string text = std::to_string(number);
-  for (std::size_t at = text.size(); at > 3;)
-    text.insert(at -= 3, ",");
-  return text;
-}
 
 std::string percent(double part, double whole) {
   return brief(whole > 0 ? 100 * part / whole : 0) + "%";
