@@ -2,11 +2,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdlib>
 #include <new>
 #include <system_error>
 #include <thread>
 #include <vector>
+
+#include <sys/mman.h>
 
 namespace ptet::build {
 
@@ -18,9 +21,28 @@ void allocate_once() {
   std::free(memory);
 }
 
+/// Address space that nobody else gets while this is there: where it is limited, what threads take for their
+/// allocations, for good, would leave none for the work.
+class Reserved {
+public:
+  Reserved() : begin_(::mmap(nullptr, kBytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)) {}
+  ~Reserved() {
+    if (is_there()) ::munmap(begin_, kBytes);
+  }
+  Reserved(const Reserved&) = delete;
+  Reserved& operator=(const Reserved&) = delete;
+  [[nodiscard]] bool is_there() const { return begin_ != MAP_FAILED; }
+
+private:
+  static constexpr std::size_t kBytes = std::size_t{1} << 28;
+  void* begin_;
+};
+
 } // namespace
 
 unsigned startable_threads(unsigned wanted) {
+  const Reserved reserved;
+  if (!reserved.is_there()) return 1;
   std::atomic<bool> may_end{false};
   std::vector<std::thread> started;
   bool is_refused = false;
