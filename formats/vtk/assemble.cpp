@@ -225,7 +225,7 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::
   const std::vector<unsigned char> ghosts = ghost_flags(grid, cells);
 
   static const std::array<int, 256> kDimensions = dimensions_of_types();
-  mesh_.tets.reserve(mesh_.tets.size() + cells);
+  mesh_.tets.reserve(mesh_.tets.size() + static_cast<std::size_t>(std::count(types, types + cells, VTK_TETRA)));
   std::array<VertexId, kMaxCellPoints> points;
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t cell = cell_count_ + i;
@@ -256,6 +256,8 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::
     ++volume_cells_[type].count;
     if (type == VTK_TETRA)
       mesh_.tets.push_back({points[0], points[1], points[2], points[3]});
+    else if (cells_to_split_.size() == kMaxRows)
+      throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " cells to be split");
     else
       cells_to_split_.add(type, {points.data(), size}, cell, mesh_.tets.size());
   }
@@ -276,18 +278,16 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid) {
     add(cells->GetOffsetsArray32(), cells->GetConnectivityArray32());
 }
 
-void Assembler::note_turned(const std::vector<std::uint64_t>& cells) {
+void Assembler::note_cells(const std::vector<std::uint64_t>& cells, const std::string& what) {
+  if (cells.empty()) return;
   std::string ids;
   for (std::size_t i = 0; i < std::min(cells.size(), kMostIds); ++i)
     ids += (i == 0 ? "" : ", ") + std::to_string(cells[i]);
   if (cells.size() > kMostIds) ids += ", ...";
-  report_.notes.push_back("in " + grouped(cells.size()) + (cells.size() == 1 ? " of them (cell " : " of them (cells ") +
-                          ids +
-                          ") some of the tetrahedra are turned over, whichever diagonals were tried: these cells are "
-                          "folded, or their faces warped too much");
+  report_.notes.push_back(grouped(cells.size()) + (cells.size() == 1 ? " cell (" : " cells (") + ids + ") " + what);
 }
 
-TetMesh Assembler::finish() {
+TetMesh Assembler::finish(const ProgressCallback& progress) {
   std::vector<std::string> parts;
   for (const auto& [type, kind] : refused_cells_)
     parts.push_back(counted(kind.count, type) + " (first: cell " + std::to_string(kind.first_cell) + ")");
@@ -314,8 +314,13 @@ TetMesh Assembler::finish() {
     if (type != VTK_TETRA) parts.push_back(counted(kind.count, type));
   }
   if (!parts.empty()) report_.notes.push_back("split " + joined(parts) + " into tetrahedra");
-  const std::vector<std::uint64_t> turned = cells_to_split_.split(mesh_);
-  if (!turned.empty()) note_turned(turned);
+  const auto look = [&] {
+    if (progress && !progress({"splitting cells", 0, 0})) throw Error(ErrorCode::kCancelled, "reading was cancelled");
+  };
+  const CellSplitting::Unsplit unsplit = cells_to_split_.split(mesh_, look);
+  note_cells(unsplit.turned, "cannot be split without turning tetrahedra over by any of the diagonals that were tried: "
+                             "folded, or with faces that are warped too much");
+  note_cells(unsplit.gone, "left out: their points repeat, so that they have no volume");
   if (mesh_.tets.size() > kMaxRows)
     throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " tetrahedra");
   return std::move(mesh_);

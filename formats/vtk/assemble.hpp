@@ -30,7 +30,8 @@ public:
   /// Appends the cells of a grid, whose ids are rows of the points that were added last.
   void add_cells(vtkUnstructuredGrid& grid);
   /// The mesh. Throws Error(kBadInput) when there were cells that cannot be split, or no volume cells.
-  [[nodiscard]] TetMesh finish();
+  /// Throws Error(kCancelled) when `progress` returns false.
+  [[nodiscard]] TetMesh finish(const ProgressCallback& progress);
 
   [[noreturn]] void fail(const std::string& reason) const;
 
@@ -48,7 +49,7 @@ private:
                  std::uint64_t id_count);
   void note_component_names(const std::string& name, vtkDataArray& array);
   void count_ghost_points(vtkAbstractArray& array);
-  void note_turned(const std::vector<std::uint64_t>& cells);
+  void note_cells(const std::vector<std::uint64_t>& cells, const std::string& what);
 
   std::string path_;
   ReadReport& report_;

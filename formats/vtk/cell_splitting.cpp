@@ -18,6 +18,14 @@ namespace {
 
 /// Tets of a cell that are turned over count most, flat ones where nothing else differs.
 constexpr std::uint32_t kTurned = 16, kFlat = 1;
+/// Places with more cells around them stay where they are: each look at one takes them all.
+constexpr std::size_t kMostAround = 256;
+/// Some milliseconds of work.
+constexpr std::size_t kBetweenLooks = 4096;
+
+bool is_linear(int vtk_cell_type) {
+  return splittable_size(vtk_cell_type) <= kMaxRanked;
+}
 
 } // namespace
 
@@ -34,18 +42,21 @@ void CellSplitting::add(int vtk_cell_type, std::span<const VertexId> points, std
 /// The order that all cells are split by, and what it is changed to where that helps.
 class OrderOfPoints {
 public:
-  OrderOfPoints(const CellSplitting& splitting, const TetMesh& mesh) : splitting_(splitting), mesh_(mesh) {}
+  OrderOfPoints(const CellSplitting& splitting, const TetMesh& mesh, const std::function<void()>& look)
+      : splitting_(splitting), mesh_(mesh), look_(look) {}
 
   using Cell = CellSplitting::Cell;
 
   void append_tets(const Cell& cell, std::vector<Tet>& tets) const {
     const std::span<const VertexId> points = splitting_.points_of(cell);
-    split_cell(cell.type, points, points.size() <= kMaxRanked ? ranks_of(points) : Ranks{}, mesh_, tets);
+    split_cell(cell.type, points, is_linear(cell.type) ? ranks_of(points) : Ranks{}, mesh_, tets);
   }
 
-  /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell.
+  /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell. No order makes
+  /// those of a quadratic cell better.
   [[nodiscard]] std::uint32_t badness(const Cell& cell) {
     using namespace vec;
+    if (!is_linear(cell.type)) return 0;
     tets_.clear();
     append_tets(cell, tets_);
     std::uint32_t turned = 0, straight = 0, flat = 0;
@@ -96,6 +107,7 @@ private:
 
   const CellSplitting& splitting_;
   const TetMesh& mesh_;
+  const std::function<void()>& look_;
   std::vector<Tet> tets_;
   // Where the order is changed.
   std::vector<std::uint32_t> place_; ///< by vertex, in the order of positions; vertices at one place have the same
@@ -106,12 +118,16 @@ private:
 };
 
 void OrderOfPoints::find_places() {
-  std::vector<std::uint32_t> sorted(mesh_.vertex_count());
-  std::iota(sorted.begin(), sorted.end(), 0U);
+  std::vector<std::uint32_t> sorted;
+  sorted.reserve(splitting_.points_.size());
+  for (const VertexId v : splitting_.points_)
+    sorted.push_back(v.index());
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
   std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
     return mesh_.position(VertexId(a)) < mesh_.position(VertexId(b));
   });
-  std::vector<std::uint32_t> place(sorted.size());
+  std::vector<std::uint32_t> place(mesh_.vertex_count());
   std::uint32_t next = 0;
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     if (i > 0 && mesh_.position(VertexId(sorted[i])) != mesh_.position(VertexId(sorted[i - 1]))) ++next;
@@ -124,9 +140,16 @@ void OrderOfPoints::find_places() {
 void OrderOfPoints::find_cells_around() {
   around_begin_.assign(moved_.size() + 1, 0);
   const auto each = [&](auto&& visit) {
-    for (std::uint32_t c = 0; c < splitting_.cells_.size(); ++c)
-      for (const VertexId v : splitting_.points_of(splitting_.cells_[c]))
-        visit(place_[v.index()], c);
+    for (std::uint32_t c = 0; c < splitting_.cells_.size(); ++c) {
+      const std::span<const VertexId> points = splitting_.points_of(splitting_.cells_[c]);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        // Once, also where several of its points are at one place: what is weighed must be what changes.
+        const std::uint32_t place = place_[points[i].index()];
+        if (std::none_of(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(i),
+                         [&](VertexId v) { return place_[v.index()] == place; }))
+          visit(place, c);
+      }
+    }
   };
   each([&](std::uint32_t place, std::uint32_t) { ++around_begin_[place + 1]; });
   std::partial_sum(around_begin_.begin(), around_begin_.end(), around_begin_.begin());
@@ -137,8 +160,10 @@ void OrderOfPoints::find_cells_around() {
 
 std::uint64_t OrderOfPoints::examine_all() {
   badness_.clear();
-  for (const Cell& cell : splitting_.cells_)
+  for (const Cell& cell : splitting_.cells_) {
+    if (badness_.size() % kBetweenLooks == 0) look_();
     badness_.push_back(badness(cell));
+  }
   return std::accumulate(badness_.begin(), badness_.end(), std::uint64_t{0});
 }
 
@@ -188,6 +213,7 @@ OrderOfPoints::Move OrderOfPoints::best_move(std::uint32_t cell) {
   Move best{};
   for (const VertexId v : splitting_.points_of(splitting_.cells_[cell])) {
     const std::uint32_t place = place_[v.index()];
+    if (cells_around(place).size() > kMostAround) continue;
     std::int64_t least = moved_[place], most = moved_[place];
     for (const std::uint32_t c : cells_around(place)) {
       for (const VertexId w : splitting_.points_of(splitting_.cells_[c])) {
@@ -208,8 +234,8 @@ void OrderOfPoints::improve() {
   const std::uint64_t by_position = examine_all();
   const auto is_bad = [&](std::uint32_t c) { return badness_[c] >= kTurned; };
   if (std::none_of(badness_.begin(), badness_.end(), [](std::uint32_t b) { return b >= kTurned; })) return;
-  for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
-    const Point at = mesh_.position(VertexId(v));
+  for (const VertexId v : splitting_.points_) {
+    const Point at = mesh_.position(v);
     if (!std::all_of(at.begin(), at.end(), [](double x) { return std::isfinite(x); })) return; // there is no order
   }
   find_places();
@@ -221,25 +247,34 @@ void OrderOfPoints::improve() {
   }
   // Every move lessens the sum of what is bad, so this ends.
   std::deque<std::uint32_t> bad;
+  std::vector<char> is_queued(splitting_.cells_.size(), 0);
+  const auto queue = [&](std::uint32_t c) {
+    if (!is_bad(c) || is_queued[c] != 0) return;
+    is_queued[c] = 1;
+    bad.push_back(c);
+  };
   for (std::uint32_t c = 0; c < splitting_.cells_.size(); ++c)
-    if (is_bad(c)) bad.push_back(c);
-  for (; !bad.empty(); bad.pop_front()) {
+    queue(c);
+  for (std::size_t looked_at = 0; !bad.empty(); ++looked_at) {
+    if (looked_at % 64 == 0) look_();
     const std::uint32_t cell = bad.front();
+    bad.pop_front();
+    is_queued[cell] = 0;
     if (!is_bad(cell)) continue;
     const Move move = best_move(cell);
     if (move.gain == 0) continue;
     moved_[move.place] = move.to;
-    for (const std::uint32_t c : cells_around(move.place)) {
+    for (const std::uint32_t c : cells_around(move.place))
       badness_[c] = badness(splitting_.cells_[c]);
-      if (is_bad(c)) bad.push_back(c);
-    }
+    for (const std::uint32_t c : cells_around(move.place))
+      queue(c);
   }
 }
 
-std::vector<std::uint64_t> CellSplitting::split(TetMesh& mesh) const {
-  std::vector<std::uint64_t> turned;
-  if (cells_.empty()) return turned;
-  OrderOfPoints order(*this, mesh);
+CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<void()>& look) const {
+  Unsplit unsplit;
+  if (cells_.empty()) return unsplit;
+  OrderOfPoints order(*this, mesh, look);
   order.improve();
   std::vector<Tet> tets;
   tets.reserve(mesh.tets.size() + 6 * cells_.size());
@@ -249,14 +284,18 @@ std::vector<std::uint64_t> CellSplitting::split(TetMesh& mesh) const {
                 mesh.tets.begin() + static_cast<std::ptrdiff_t>(end));
     done = end;
   };
+  std::size_t looked_at = 0;
   for (const Cell& cell : cells_) {
+    if (looked_at++ % kBetweenLooks == 0) look();
     take_others_until(cell.tets_before);
+    const std::size_t before = tets.size();
     order.append_tets(cell, tets);
-    if (order.badness(cell) >= kTurned) turned.push_back(cell.id);
+    if (tets.size() == before) unsplit.gone.push_back(cell.id);
+    if (order.badness(cell) >= kTurned) unsplit.turned.push_back(cell.id);
   }
   take_others_until(mesh.tets.size());
   mesh.tets = std::move(tets);
-  return turned;
+  return unsplit;
 }
 
 } // namespace ptet::vtkio

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -18,12 +19,19 @@ namespace ptet::vtkio {
 
 class CellSplitting {
 public:
+  /// Cells that could not be split well.
+  struct Unsplit {
+    std::vector<std::uint64_t> turned; ///< ids of linear ones of which some tets are turned over all the same
+    std::vector<std::uint64_t> gone;   ///< of those that give no tet, since their points repeat
+  };
+
   /// A cell that is to be split, and its tets to come after the first `tets_before` of the mesh. `id`: to tell the
   /// user.
   void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before);
-  /// Puts the tets of all cells into the mesh. Returns the ids of those cells of which some are turned over all the
-  /// same.
-  [[nodiscard]] std::vector<std::uint64_t> split(TetMesh& mesh) const;
+  [[nodiscard]] std::size_t size() const { return cells_.size(); }
+  /// Puts the tets of all cells, fewer than 2^32, into the mesh. `look` is called now and then, and may throw.
+  /// Cost: a microsecond a cell; ten where many have to be improved.
+  [[nodiscard]] Unsplit split(TetMesh& mesh, const std::function<void()>& look) const;
 
 private:
   friend class OrderOfPoints;

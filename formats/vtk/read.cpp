@@ -164,7 +164,7 @@ TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCal
   return reading(path, [&](vtkio::Messages& messages) {
     vtkio::Assembler assembler(path, notes);
     vtkio::read_any({path, messages, progress, notes}, assembler);
-    TetMesh mesh = assembler.finish();
+    TetMesh mesh = assembler.finish(progress);
     for (const std::string& warning : messages.warnings())
       notes.notes.push_back("VTK warns: " + warning);
     return mesh;

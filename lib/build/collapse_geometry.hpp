@@ -8,8 +8,8 @@
 
 #include "build/normalized_fields.hpp"
 #include "build/working_complex.hpp"
-#include "error/closest_point.hpp"
 #include "error/tolerances.hpp"
+#include "mesh/closest_point.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "build/patch_division.hpp"
 
-#include "error/closest_point.hpp"
+#include "mesh/closest_point.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "build/removed_vertices.hpp"
 
 #include "build/collapse_geometry.hpp"
-#include "error/closest_point.hpp"
 #include "error/tolerances.hpp"
+#include "mesh/closest_point.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // The parts of MeshComparison that look at single points: samples of the volume, and the vertices.
-#include "error/closest_point.hpp"
 #include "error/comparison_parts.hpp"
 #include "error/mesh_comparison.hpp"
 #include "error/tet_overlap.hpp"
+#include "mesh/closest_point.hpp"
 
 #include <cmath>
 #include <limits>

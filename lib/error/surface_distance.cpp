@@ -1,6 +1,6 @@
 #include "error/surface_distance.hpp"
 
-#include "error/closest_point.hpp"
+#include "mesh/closest_point.hpp"
 #include "mesh/local_origin.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"

@@ -1,7 +1,7 @@
 // How far many points are from one triangle: what does not depend on the point is found once.
 #pragma once
 
-#include "error/closest_point.hpp"
+#include "mesh/closest_point.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>

@@ -361,7 +361,7 @@ private:
            "boundary vertex that lies on a face or edge without being a corner of it",
            "boundary vertices that lie on faces or edges without being corners of these",
            "cells do not meet there face to face, as at a step of refinement: they are not joined, and each side is a "
-           "boundary with errors of its own; split the larger cells at these vertices to join them");
+           "boundary with errors of its own; where they should be joined, split the larger cells at these vertices");
     out_.overlaps_itself = !found.crossing.empty() || !found.within.empty();
     out_.crossing = std::move(found.crossing);
   }

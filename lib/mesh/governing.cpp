@@ -4,6 +4,7 @@
 #include "mesh/value_offset.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -15,8 +16,14 @@ namespace {
 
 /// A range so many times the distance between the quartiles is rather that of a fill value than that of the field.
 constexpr double kOddRange = 1e6;
-/// A value that several vertices have and that is so much of the range away from all others, which differ.
-constexpr double kOddGap = 0.75;
+/// A value that several vertices have and that is so much of the range away from all others, which differ; of values
+/// that stand for none as a rule less will do.
+constexpr double kOddGap = 0.98, kOddGapOfUsual = 0.75;
+
+bool is_usual_fill_value(double x) {
+  constexpr std::array kUsual = {99.0, 999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 1e10, 1e20, 1e30};
+  return std::find(kUsual.begin(), kUsual.end(), std::abs(x)) != kUsual.end();
+}
 
 /// How the first value by an order stands apart from the others, where it does.
 template <class Before>
@@ -31,10 +38,10 @@ std::optional<std::string> far_first(const std::vector<double>& values, Before b
     else if (before(x, second))
       second = x;
   }
-  if (count < 2 || second == last || !(std::abs(second - first) > kOddGap * std::abs(last - first)))
-    return std::nullopt;
-  return std::to_string(count) + " are " + number_text(first) + ", all others from " +
-         short_number(std::min(second, last)) + " to " + short_number(std::max(second, last));
+  const double gap = is_usual_fill_value(first) ? kOddGapOfUsual : kOddGap;
+  if (count < 2 || second == last || !(std::abs(second - first) > gap * std::abs(last - first))) return std::nullopt;
+  return grouped(count) + " are " + number_text(first) + ", all others from " + short_number(std::min(second, last)) +
+         " to " + short_number(std::max(second, last));
 }
 
 } // namespace
@@ -56,7 +63,7 @@ std::optional<std::string> odd_range(std::vector<double>& values) {
 }
 
 std::string fill_values_note(const std::string& name, const std::string& odd) {
-  return "the values of '" + name + "' look as if there were fill values among them (" + odd +
+  return "the values of '" + name + "' may have fill values among them (" + odd +
          "): fractions of the range mean nothing then; give errors in the units of the field, or replace these values";
 }
 

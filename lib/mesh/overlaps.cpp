@@ -1,8 +1,8 @@
 #include "mesh/overlaps.hpp"
 
-#include "error/closest_point.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/by_parts.hpp"
+#include "mesh/closest_point.hpp"
 #include "mesh/face_plane.hpp"
 #include "mesh/vec3.hpp"
 

@@ -1,5 +1,5 @@
 // Closest points on triangles and tets, against dense sampling.
-#include "error/closest_point.hpp"
+#include "mesh/closest_point.hpp"
 #include "support/brute_force.hpp"
 
 #include <algorithm>

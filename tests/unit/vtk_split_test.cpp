@@ -289,7 +289,34 @@ TEST_CASE("cells that cannot be split without turning tets over are named", "[vt
   ReadReport report;
   CHECK(read_cells(cells, &report).tets.size() == 12);
   REQUIRE(report.notes.size() == 2);
-  CHECK_THAT(report.notes[1], Catch::StartsWith("in 1 of them (cell 1) some of the tetrahedra are turned over"));
+  CHECK_THAT(report.notes[1], Catch::StartsWith("1 cell (1) cannot be split without turning"));
+}
+
+TEST_CASE("choosing diagonals ends where points of one cell are at one place, and unused points are nowhere", "[vtk]") {
+  // Cells over points of a coarse lattice, so that many coincide: twisted, and with corners at one place.
+  const auto seed = GENERATE(range(1U, 60U));
+  std::mt19937 random(seed);
+  const auto at = [&] { return 0.5 * static_cast<double>(random() % 4); };
+  Cells cells;
+  for (int i = 0; i < 24; ++i)
+    cells.points.push_back({at(), at(), at()});
+  for (int c = 0; c < 6; ++c) {
+    std::vector<int> ids(cells.points.size());
+    std::iota(ids.begin(), ids.end(), 0);
+    std::shuffle(ids.begin(), ids.end(), random);
+    ids.resize(8);
+    cells.cells.push_back({random() % 2 == 0 ? kVoxel : kHexahedron, ids});
+  }
+  CHECK(read_cells(cells).tets.size() > 6);
+}
+
+TEST_CASE("cells whose points repeat so that nothing is left are named", "[vtk]") {
+  const Cells cells{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}},
+                    {{kTetra, {0, 1, 3, 4}}, {kHexahedron, {0, 1, 2, 3, 4, 5, 0, 6}}}};
+  ReadReport report;
+  CHECK(read_cells(cells, &report).tets.size() == 1);
+  REQUIRE(report.notes.size() == 2);
+  CHECK_THAT(report.notes[1], Catch::StartsWith("1 cell (1) left out"));
 }
 
 TEST_CASE("tets stay in the order of the cells that they come from", "[vtk]") {

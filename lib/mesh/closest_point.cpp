@@ -1,4 +1,4 @@
-#include "error/closest_point.hpp"
+#include "mesh/closest_point.hpp"
 
 #include "mesh/vec3.hpp"
 
