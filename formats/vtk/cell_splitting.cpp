@@ -52,6 +52,12 @@ public:
     split_cell(cell.type, points, is_linear(cell.type) ? ranks_of(points) : Ranks{}, mesh_, tets);
   }
 
+  /// Looks at all cells, and changes the order where some give turned tets.
+  void improve();
+  /// Whether a cell, by its place in the splitting, gives turned tets by the order that improve() left.
+  [[nodiscard]] bool is_bad(std::size_t cell) const { return badness_[cell] >= kTurned; }
+
+private:
   /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell. No order makes
   /// those of a quadratic cell better.
   [[nodiscard]] std::uint32_t badness(const Cell& cell) {
@@ -71,10 +77,6 @@ public:
     return kTurned * (volume < 0 ? straight : turned) + kFlat * flat;
   }
 
-  /// Changes the order where cells give turned tets.
-  void improve();
-
-private:
   /// Where a place goes, and how much less bad cells are for it.
   struct Move {
     std::uint32_t place = 0;
@@ -99,8 +101,8 @@ private:
   [[nodiscard]] std::span<const std::uint32_t> cells_around(std::uint32_t place) const {
     return std::span(around_).subspan(around_begin_[place], around_begin_[place + 1] - around_begin_[place]);
   }
-  /// The sum of badness_, which it finds.
-  [[nodiscard]] std::uint64_t examine_all();
+  /// Finds badness_, and returns its sum.
+  std::uint64_t examine_all();
   void keep_columns_together();
   [[nodiscard]] Move best_move(std::uint32_t cell);
   [[nodiscard]] std::uint32_t gain_of(const Move& move, std::uint32_t cell);
@@ -231,8 +233,7 @@ OrderOfPoints::Move OrderOfPoints::best_move(std::uint32_t cell) {
 }
 
 void OrderOfPoints::improve() {
-  const std::uint64_t by_position = examine_all();
-  const auto is_bad = [&](std::uint32_t c) { return badness_[c] >= kTurned; };
+  const std::uint64_t sum_by_position = examine_all();
   if (std::none_of(badness_.begin(), badness_.end(), [](std::uint32_t b) { return b >= kTurned; })) return;
   for (const VertexId v : splitting_.points_) {
     const Point at = mesh_.position(v);
@@ -241,9 +242,10 @@ void OrderOfPoints::improve() {
   find_places();
   find_cells_around();
   keep_columns_together();
-  if (examine_all() >= by_position) {
+  std::vector<std::uint32_t> by_position = badness_;
+  if (examine_all() >= sum_by_position) {
     std::fill(moved_.begin(), moved_.end(), 0);
-    static_cast<void>(examine_all());
+    badness_ = std::move(by_position);
   }
   // Every move lessens the sum of what is bad, so this ends.
   std::deque<std::uint32_t> bad;
@@ -284,14 +286,14 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
                 mesh.tets.begin() + static_cast<std::ptrdiff_t>(end));
     done = end;
   };
-  std::size_t looked_at = 0;
-  for (const Cell& cell : cells_) {
-    if (looked_at++ % kBetweenLooks == 0) look();
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    if (c % kBetweenLooks == 0) look();
+    const Cell& cell = cells_[c];
     take_others_until(cell.tets_before);
     const std::size_t before = tets.size();
     order.append_tets(cell, tets);
     if (tets.size() == before) unsplit.gone.push_back(cell.id);
-    if (order.badness(cell) >= kTurned) unsplit.turned.push_back(cell.id);
+    if (order.is_bad(c)) unsplit.turned.push_back(cell.id);
   }
   take_others_until(mesh.tets.size());
   mesh.tets = std::move(tets);

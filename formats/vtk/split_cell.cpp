@@ -89,7 +89,6 @@ std::size_t splittable_size(int vtk_cell_type) {
 void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,
                 std::vector<Tet>& tets) {
   switch (vtk_cell_type) {
-  case VTK_TETRA: tets.push_back({points[0], points[1], points[2], points[3]}); break;
   case VTK_PYRAMID: cone(kPyramid, points, ranks, tets); break;
   case VTK_WEDGE: cone(kWedge, points, ranks, tets); break;
   case VTK_VOXEL: cone(kVoxel, points, ranks, tets); break;

@@ -27,11 +27,11 @@ namespace ptet::vtkio {
 constexpr std::size_t kMaxRanked = 8;
 using Ranks = std::array<std::uint8_t, kMaxRanked>;
 
-/// Points of a cell of this VTK type if it is a kind that split_cell() takes; 0: it is not.
+/// Points of a cell of this VTK type if it is a tetrahedron or a kind that split_cell() takes; 0: it is neither.
 [[nodiscard]] std::size_t splittable_size(int vtk_cell_type);
 
-/// Appends the tets of one cell. A tetrahedron is taken as it is; of the other kinds a tet with a repeated point, which
-/// a degenerate cell gives, is left out. Tets are positively oriented where the cell is.
+/// Appends the tets of one cell that is no tetrahedron. A tet with a repeated point, which a degenerate cell gives, is
+/// left out. Tets are positively oriented where the cell is.
 /// `points`: splittable_size() ids of rows of `positions`, in VTK's order. `ranks`: of the points of a linear cell, by
 /// an order that is the same for all cells; those of equal ids, and no others, are equal.
 void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,

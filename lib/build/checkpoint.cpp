@@ -1,6 +1,7 @@
 #include "build/checkpoint.hpp"
 
 #include "builder_id.hpp"
+#include "formats/ptet/layout.hpp"
 #include "formats/ptet/running_hash.hpp"
 #include "formats/whole_file.hpp"
 #include "ptet/error.hpp"
@@ -12,21 +13,14 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <span>
 #include <string_view>
-
-#include <xxhash.h>
 
 namespace ptet::build {
 namespace {
 
 constexpr std::string_view kCheckpointMagic{"PTETCKP\n", 8};
 constexpr std::size_t kFrameBytes = 24;
-
-std::uint64_t hash_of(std::span<const std::byte> bytes) {
-  return XXH64(bytes.data(), bytes.size(), 0);
-}
 
 /// Of things, not of bytes.
 class Identity {
@@ -105,7 +99,7 @@ std::span<const std::byte> payload_of(const std::string& path, const std::vector
   if (in.get_text(kCheckpointMagic.size(), "magic") != kCheckpointMagic) refuse("it is no checkpoint");
   if (in.get<std::uint64_t>("size") != bytes.size() - kFrameBytes) refuse("it is cut short, or too long");
   const auto payload = std::span<const std::byte>(bytes).subspan(kFrameBytes);
-  if (in.get<std::uint64_t>("hash") != hash_of(payload)) refuse("it is damaged, its hash does not match");
+  if (in.get<std::uint64_t>("hash") != file::hash_of(payload)) refuse("it is damaged, its hash does not match");
   return payload;
 }
 
@@ -154,7 +148,7 @@ void CheckpointWriter::write(const BuildIdentity& identity, const std::function<
   file::ByteWriter frame;
   frame.put_text(kCheckpointMagic);
   frame.put(std::uint64_t{payload.size()});
-  frame.put(hash_of(payload.bytes()));
+  frame.put(file::hash_of(payload.bytes()));
   WholeFile file(options_.path);
   file.write(frame.bytes());
   file.write(payload.bytes());

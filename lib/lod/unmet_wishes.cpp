@@ -1,5 +1,5 @@
 #include "lod/region.hpp"
-#include "mesh/box_tree.hpp"
+#include "lod/tet_runs.hpp"
 #include "mesh/magnitude.hpp"
 #include "ptet/dataset.hpp"
 
@@ -12,18 +12,6 @@
 
 namespace ptet {
 namespace {
-
-/// Some tets, one after the other in the mesh, and so near to one another as a rule.
-using TetRun = std::span<const Tet>;
-constexpr std::size_t kRunLength = 128;
-
-BoundingBox box_around(const TetMesh& mesh, TetRun run) {
-  BoundingBox box;
-  for (const Tet& tet : run)
-    for (const VertexId v : tet)
-      box.add(mesh.position(v));
-  return box;
-}
 
 /// Of a scalar field, or of the length of a field of vectors, at the corners of tets. Nothing is in that of NaN alone.
 struct ValuesOfRun {
@@ -56,7 +44,7 @@ public:
   template <class Measure, class RunMeets, class TetMeets>
   bool any_of(Measure&& measure, RunMeets&& run_meets, TetMeets&& tet_meets) {
     for (std::size_t first = 0; first < tets_.size(); first += kRunLength) {
-      const TetRun run = tets_.subspan(first, std::min(kRunLength, tets_.size() - first));
+      const TetRun run = run_from(tets_, first);
       if (first / kRunLength == measured_.size()) measured_.push_back(measure(run));
       if (run_meets(measured_[first / kRunLength]) && std::any_of(run.begin(), run.end(), tet_meets)) return true;
     }
@@ -75,11 +63,7 @@ public:
   bool is_met(const Focus& focus) {
     return boxes_.any_of([&](TetRun run) { return box_around(mesh_, run); },
                          [&](const BoundingBox& box) { return meets(focus.region, box.low, box.high); },
-                         [&](const Tet& tet) {
-                           const std::array<Point, 4> corners = {mesh_.position(tet[0]), mesh_.position(tet[1]),
-                                                                 mesh_.position(tet[2]), mesh_.position(tet[3])};
-                           return meets(focus.region, corners);
-                         });
+                         [&](const Tet& tet) { return meets(focus.region, corners_of(mesh_, tet)); });
   }
   bool is_met(const ValuesOfInterest& wanted) {
     const PointArray* const array = mesh_.find(wanted.field);

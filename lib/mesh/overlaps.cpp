@@ -182,17 +182,21 @@ private:
       return std::all_of(corner.begin(), corner.end(), [&](const Point& c) { return dot(p - c, p - c) > away_sq; }) &&
              closest_on_triangle(p, corner[0], corner[1], corner[2]).distance_sq <= rounding * rounding;
     };
-    std::vector<Vec3> own, under; // normals
+    std::vector<std::uint32_t> own, under;
     tree_.each_meeting(near, [&](std::uint32_t f) {
       const Face& face = boundary_.faces[f];
-      const bool is_own = std::find(face.begin(), face.end(), v) != face.end();
-      const Corners corner = corners(f);
-      if (!is_own && !is_on(corner)) return;
-      if (const auto normal = direction_of(cross(corner[1] - corner[0], corner[2] - corner[0])))
-        (is_own ? own : under).push_back(*normal);
+      if (std::find(face.begin(), face.end(), v) != face.end())
+        own.push_back(f);
+      else if (is_on(corners(f)))
+        under.push_back(f);
     });
-    return std::any_of(under.begin(), under.end(), [&](const Vec3& n) {
-      return std::any_of(own.begin(), own.end(), [&](const Vec3& m) { return dot(n, m) < -kAgainst; });
+    const auto normal_of = [&](std::uint32_t f) {
+      const Corners corner = corners(f);
+      return direction_of(cross(corner[1] - corner[0], corner[2] - corner[0])).value_or(Vec3{});
+    };
+    return std::any_of(under.begin(), under.end(), [&](std::uint32_t f) {
+      const Vec3 n = normal_of(f);
+      return std::any_of(own.begin(), own.end(), [&](std::uint32_t g) { return dot(n, normal_of(g)) < -kAgainst; });
     });
   }
 

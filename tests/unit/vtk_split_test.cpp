@@ -24,6 +24,8 @@ struct Cells {
   std::vector<std::pair<int, std::vector<int>>> cells;
 };
 
+const std::vector<Point> kCube = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                  {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
 constexpr int kHexFaces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 
 /// A cube of n^3 cells, each two units wide, of mixed kinds. Columns along z are either hexahedra, voxels and cubes of
@@ -269,23 +271,10 @@ TEST_CASE("pieces that repeat the points of a face split it alike", "[vtk]") {
 
 TEST_CASE("cells that cannot be split without turning tets over are named", "[vtk]") {
   // The second of two cubes has one corner of its top drawn through its bottom.
-  Cells cells{{{0, 0, 0},
-               {1, 0, 0},
-               {1, 1, 0},
-               {0, 1, 0},
-               {0, 0, 1},
-               {1, 0, 1},
-               {1, 1, 1},
-               {0, 1, 1},
-               {3, 0, 0},
-               {4, 0, 0},
-               {4, 1, 0},
-               {3, 1, 0},
-               {3, 0, 1},
-               {4, 0, 1},
-               {4, 1, -2},
-               {3, 1, 1}},
-              {{kHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}}, {kHexahedron, {8, 9, 10, 11, 12, 13, 14, 15}}}};
+  Cells cells{kCube, {{kHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}}, {kHexahedron, {8, 9, 10, 11, 12, 13, 14, 15}}}};
+  for (const Point& p : kCube)
+    cells.points.push_back({p[0] + 3, p[1], p[2]});
+  cells.points[14][2] = -2;
   ReadReport report;
   CHECK(read_cells(cells, &report).tets.size() == 12);
   REQUIRE(report.notes.size() == 2);
@@ -347,9 +336,7 @@ TEST_CASE("quadratic tets are split at their middle points so that neighbours ag
 }
 
 TEST_CASE("each kind of cell gives its number of tets", "[vtk]") {
-  const std::vector<Point> cube = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                                   {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-  const auto tets = [&](int type, std::vector<int> ids) { return read_cells({cube, {{type, ids}}}).tets.size(); };
+  const auto tets = [&](int type, std::vector<int> ids) { return read_cells({kCube, {{type, ids}}}).tets.size(); };
   CHECK(tets(kTetra, {0, 1, 2, 5}) == 1);
   CHECK(tets(kHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}) == 6);
   CHECK(tets(kVoxel, {0, 1, 3, 2, 4, 5, 7, 6}) == 6);

@@ -2,7 +2,7 @@
 
 #include "console.hpp"
 #include "lod/region.hpp"
-#include "mesh/box_tree.hpp"
+#include "lod/tet_runs.hpp"
 #include "plain_output.hpp"
 
 #include <algorithm>
@@ -104,20 +104,13 @@ Json asked_json(const Request& request, const DatasetInfo& info) {
 
 /// How many tets of the mesh meet the region: what the user has named, beside what had to come with it.
 std::uint64_t tets_meeting(const Region& region, const TetMesh& mesh) {
-  constexpr std::size_t kRunLength = 128; // near one another in the file, and so as a rule here
   std::uint64_t count = 0;
-  for (std::size_t begin = 0; begin < mesh.tets.size(); begin += kRunLength) {
-    const auto run = std::span(mesh.tets).subspan(begin, std::min(kRunLength, mesh.tets.size() - begin));
-    BoundingBox box;
-    for (const Tet& tet : run)
-      for (const VertexId v : tet)
-        box.add(mesh.position(v));
+  for (std::size_t first = 0; first < mesh.tets.size(); first += kRunLength) {
+    const TetRun run = run_from(mesh.tets, first);
+    const BoundingBox box = box_around(mesh, run);
     if (!meets(region, box.low, box.high)) continue;
-    count += static_cast<std::uint64_t>(std::count_if(run.begin(), run.end(), [&](const Tet& tet) {
-      const std::array<Point, 4> corners{mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]),
-                                         mesh.position(tet[3])};
-      return meets(region, corners);
-    }));
+    count += static_cast<std::uint64_t>(
+        std::count_if(run.begin(), run.end(), [&](const Tet& tet) { return meets(region, corners_of(mesh, tet)); }));
   }
   return count;
 }
