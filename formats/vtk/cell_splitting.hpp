@@ -29,6 +29,8 @@ public:
   /// user.
   void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before);
   [[nodiscard]] std::size_t size() const { return cells_.size(); }
+  /// That a cell takes, beside its points, until it is split.
+  [[nodiscard]] static constexpr std::size_t bytes_of_cell() { return sizeof(Cell); }
   /// Puts the tets of all cells, fewer than 2^32, into the mesh. `look` is called now and then, and may throw.
   /// Cost: a microsecond a cell; ten where many have to be improved.
   [[nodiscard]] Unsplit split(TetMesh& mesh, const std::function<void()>& look) const;

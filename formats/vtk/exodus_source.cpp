@@ -213,6 +213,7 @@ void note_joined(vtkExodusIIReader& reader, int variables, ReadReport& report) {
 struct Contents {
   std::vector<ElementBlock> blocks; ///< in the order of the file
   int nodal_variables = 0;
+  AnnouncedMesh announced;
 };
 
 /// Asks for what VTK's reader will ask for: it goes on after a refusal, with tables that it has not filled.
@@ -240,6 +241,8 @@ Contents check_exodus(const Source& source, const Assembler& assembler) {
     if (ex_get_block_param(file, &block) < 0 || block.num_entry < 0)
       assembler.fail("is damaged: block " + std::to_string(id) + " cannot be read");
     cells += block.num_entry;
+    contents.announced.ids +=
+        static_cast<std::uint64_t>(block.num_entry * std::max<std::int64_t>(0, block.num_nodes_per_entry));
     contents.blocks.push_back({id, block.topology, block.num_nodes_per_entry});
     if (block.num_entry > 0 && block.num_nodes_per_entry < least_nodes(block.topology))
       fail_at_nodes(contents.blocks.back(), assembler);
@@ -248,6 +251,10 @@ Contents check_exodus(const Source& source, const Assembler& assembler) {
     assembler.fail("is damaged: two blocks have one id");
   if (cells != sizes.num_elem) assembler.fail("is damaged: its blocks do not hold as many cells as it says");
   contents.nodal_variables = check_variables(file, sizes.num_nodes, assembler);
+  contents.announced.points = static_cast<std::uint64_t>(sizes.num_nodes);
+  contents.announced.cells = static_cast<std::uint64_t>(cells);
+  contents.announced.point_bytes =
+      static_cast<double>(sizes.num_nodes) * static_cast<double>(sizeof(double)) * (3 + contents.nodal_variables);
   note_parts(file, sizes, ids, source.report);
   if (file_word_bytes == sizeof(float))
     source.report.notes.emplace_back("its numbers are float32, and are read as float64 of the same values");
@@ -265,6 +272,7 @@ Contents check_exodus(const Source& source, const Assembler& assembler) {
 void read_exodus(const Source& source, Assembler& assembler) {
   check_netcdf(source, assembler);
   const Contents contents = check_exodus(source, assembler);
+  check_memory(source, contents.announced);
   vtkNew<vtkExodusIIReader> reader;
   reader->SetFileName(source.path.c_str());
   reader->UpdateInformation();

@@ -55,7 +55,7 @@ public:
       if (keyword == "points") {
         points_ = count();
         read_now_ = "the points";
-        skip_values(multiplied(points_, 3), word());
+        skip_point_values(3, word());
       } else if (keyword == "cells") {
         read_cells();
       } else if (keyword == "cell_types") {
@@ -78,6 +78,8 @@ public:
   }
   /// Names that several arrays at the points have: VTK's reader keeps the last of them, and says nothing.
   [[nodiscard]] const std::set<std::string>& lost() const { return lost_; }
+  /// After check().
+  [[nodiscard]] AnnouncedMesh announced() const { return {points_, cells_, ids_, point_bytes_}; }
   /// Whether the last number may go on where the file ends: a text that was cut short is whole but for that.
   [[nodiscard]] bool may_lack_digits() {
     if (binary_ || bytes_ == 0) return false;
@@ -133,6 +135,19 @@ private:
     std::getline(stream_, rest);
   }
 
+  /// Of the attributes that were begun last.
+  void skip_rows(std::uint64_t components, const std::string& type) {
+    if (of_points_)
+      skip_point_values(components, type);
+    else
+      skip_values(multiplied(*rows_, components), type);
+  }
+  void skip_point_values(std::uint64_t components, const std::string& type) {
+    const std::uint64_t values = multiplied(points_, components);
+    if (const std::optional<ScalarType> number = number_type(type))
+      point_bytes_ += static_cast<double>(values) * static_cast<double>(size_of(*number));
+    skip_values(values, type);
+  }
   void skip_values(std::uint64_t values, const std::string& type) {
     if (type == "string" || type == "utf8_string") return skip_strings(values);
     const bool is_bits = type == "bit";
@@ -222,14 +237,14 @@ private:
   void read_cells() {
     if (has_offsets_) {
       const std::uint64_t offsets = count();
-      const std::uint64_t ids = count();
+      ids_ = count();
       cells_ = offsets == 0 ? 0 : offsets - 1;
       read_now_ = "the table of cells";
       if (offsets == 0) return;
       if (word() != "offsets") fail("has no offsets of its cells");
       skip_values(offsets, word());
       if (word() != "connectivity") fail("has no connectivity of its cells");
-      skip_values(ids, word());
+      skip_values(ids_, word());
       return;
     }
     cells_ = count();
@@ -249,6 +264,7 @@ private:
       if (used == size && cell + 1 < cells_) fail("has fewer cells than it says");
     }
     if (used != size) fail("has a table of cells of another size than it says");
+    ids_ = size - cells_;
   }
 
   // VTK follows the faces of a polyhedron through the table of cells without a look at where that ends, and takes the
@@ -304,7 +320,7 @@ private:
         {"global_ids", 1}, {"pedigree_ids", 1}, {"edge_flags", 1}};
     if (const auto found = kComponents.find(keyword); found != kComponents.end()) {
       read_name();
-      skip_values(multiplied(*rows_, found->second), word());
+      skip_rows(found->second, word());
     } else if (keyword == "scalars") {
       read_name();
       const std::string type = word();
@@ -316,14 +332,14 @@ private:
       }
       if (next != "lookup_table") fail("has scalars without a LOOKUP_TABLE");
       word();
-      skip_values(multiplied(*rows_, components), type);
+      skip_rows(components, type);
     } else if (keyword == "color_scalars") {
       read_name();
-      skip_values(multiplied(*rows_, count()), binary_ ? "unsigned_char" : "float");
+      skip_rows(count(), binary_ ? "unsigned_char" : "float");
     } else if (keyword == "texture_coordinates") {
       read_name();
       const std::uint64_t components = count();
-      skip_values(multiplied(*rows_, components), word());
+      skip_rows(components, word());
     } else if (keyword == "lookup_table") {
       read_now_ = "lookup table " + quoted(word());
       skip_values(multiplied(count(), 4), binary_ ? "unsigned_char" : "float");
@@ -346,7 +362,10 @@ private:
       add_name(name);
       const std::uint64_t components = count();
       const std::uint64_t rows = count();
-      skip_values(multiplied(components, rows), word());
+      if (of_points_ && rows == points_)
+        skip_point_values(components, word());
+      else
+        skip_values(multiplied(components, rows), word());
     }
   }
 
@@ -363,7 +382,9 @@ private:
   bool binary_ = false;
   bool has_offsets_ = false; ///< from version 5 on: cells as offsets and connectivity
   std::uint64_t points_ = 0;
+  double point_bytes_ = 0;
   std::uint64_t cells_ = 0;
+  std::uint64_t ids_ = 0;
   std::uint64_t cell_types_ = 0;
   std::optional<std::uint64_t> rows_; ///< of the attributes that follow
   bool of_points_ = false;            ///< they are
@@ -373,7 +394,7 @@ private:
 
 } // namespace
 
-void check_legacy(const Source& source) {
+AnnouncedMesh check_legacy(const Source& source) {
   LegacyWalk walk(source.path);
   walk.check();
   for (const std::string& name : walk.lost())
@@ -381,6 +402,7 @@ void check_legacy(const Source& source) {
   if (walk.may_lack_digits())
     source.report.notes.emplace_back(
         "the last line has no end: if the file was cut short, its last number lacks digits");
+  return walk.announced();
 }
 
 } // namespace ptet::vtkio

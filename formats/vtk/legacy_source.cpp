@@ -10,7 +10,7 @@
 namespace ptet::vtkio {
 
 void read_legacy(const Source& source, Assembler& assembler) {
-  check_legacy(source);
+  check_memory(source, check_legacy(source));
   vtkNew<vtkUnstructuredGridReader> reader;
   reader->SetFileName(source.path.c_str());
   reader->ReadAllScalarsOn();

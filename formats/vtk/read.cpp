@@ -2,8 +2,10 @@
 
 #include "formats/ptet/running_hash.hpp"
 #include "formats/vtk/sources.hpp"
+#include "mesh/number_text.hpp"
 #include "ptet/error.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cerrno>
@@ -56,7 +58,7 @@ std::string without_comments(std::string xml) {
   return xml;
 }
 
-/// The attribute `type` of the element VTKFile.
+/// The attribute `type` of the element VTKFile, which is there.
 std::string xml_dataset_type(const std::string& head) {
   static const std::regex kType(R"re(<VTKFile(?:\s[^<>]*)?\stype\s*=\s*(?:"([^"<>]*)"|'([^'<>]*)'))re");
   std::smatch found;
@@ -104,6 +106,27 @@ void read_any(const Source& source, Assembler& assembler) {
 
 void check_readable(const std::string& path) {
   (void)open_file(path);
+}
+
+std::uint64_t AnnouncedMesh::bytes_to_read() const {
+  constexpr double kIdBytes = 8, kGridCellBytes = 9, kTetBytes = 16; // 64-bit ids; an offset and a type
+  const auto all_cells = static_cast<double>(cells), all_ids = static_cast<double>(ids);
+  // A hexahedron has four points more than a tet, and gives five tets or six.
+  const double to_split = std::min(all_cells, std::max(0.0, all_ids - 4 * all_cells) / 4);
+  const double waiting = to_split * static_cast<double>(CellSplitting::bytes_of_cell()) +
+                         std::max(0.0, all_ids - 4 * (all_cells - to_split)) * static_cast<double>(sizeof(VertexId));
+  const double grid = kIdBytes * all_ids + kGridCellBytes * all_cells;
+  const double reading = 2 * point_bytes + grid + kTetBytes * (all_cells - to_split) + waiting;
+  const double splitting = point_bytes + waiting + kTetBytes * std::max(0.0, all_ids - 3 * all_cells);
+  return static_cast<std::uint64_t>(std::max(reading, splitting));
+}
+
+void check_memory(const Source& source, const AnnouncedMesh& announced) {
+  const std::uint64_t needed = source.memory_limit == 0 ? 0 : announced.bytes_to_read();
+  if (needed <= source.memory_limit) return;
+  throw Error(ErrorCode::kLimit, source.path + ": reading " + grouped(announced.cells) + " cells and " +
+                                     grouped(announced.points) + " points takes some " + grouped(needed) +
+                                     " bytes of memory, and the limit is " + grouped(source.memory_limit));
 }
 
 } // namespace vtkio
@@ -157,33 +180,18 @@ auto reading(const std::string& path, Read&& read) {
 
 } // namespace
 
-TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCallback& progress) {
+TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCallback& progress,
+                  std::uint64_t memory_limit) {
   ReadReport own_report;
   ReadReport& notes = report ? *report : own_report;
   notes = {};
   return reading(path, [&](vtkio::Messages& messages) {
     vtkio::Assembler assembler(path, notes);
-    vtkio::read_any({path, messages, progress, notes}, assembler);
+    vtkio::read_any({path, messages, progress, notes, memory_limit}, assembler);
     TetMesh mesh = assembler.finish(progress);
     for (const std::string& warning : messages.warnings())
       notes.notes.push_back("VTK warns: " + warning);
     return mesh;
-  });
-}
-
-std::optional<AnnouncedMesh> announced_mesh(const std::string& path) {
-  return reading(path, [&](vtkio::Messages& messages) -> std::optional<AnnouncedMesh> {
-    const std::string type = vtkio::xml_dataset_type(vtkio::read_head(path));
-    if (type != "UnstructuredGrid" && type != "PUnstructuredGrid") return std::nullopt;
-    ReadReport report;
-    const ProgressCallback nobody;
-    const vtkio::Source source{path, messages, nobody, report};
-    AnnouncedMesh announced;
-    if (type == "UnstructuredGrid")
-      vtkio::measure_vtu(source, announced);
-    else
-      vtkio::measure_pvtu(source, vtkio::Assembler(path, report), announced);
-    return announced;
   });
 }
 

@@ -7,7 +7,6 @@
 #include "ptet/progress.hpp"
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,31 +25,15 @@ struct ReadReport {
 /// as tets in the file's cell order and orientation (vertices of a tet in the file's order). Hexahedra, voxels, wedges,
 /// pyramids and quadratic tets are split conformingly without new points. The tets' ids are in range; nothing else
 /// about the mesh is checked (see validate()).
-/// `report` may be null.
+/// `report` may be null. `memory_limit`: the most bytes that reading may take; 0: no limit. What the head of the file
+/// says of its size is held against it, before any of its tables is read.
 /// Throws Error, messages beginning with the path: kIo (cannot be opened or read), kBadInput (contents: damaged, no
 /// volume cells, a cell type or a dataset that cannot be handled), kLimit (more than 2^32 - 2 points or tets, or more
-/// than memory holds); and kCancelled. Prints nothing.
+/// than memory holds or `memory_limit` allows); and kCancelled. Prints nothing.
 /// Thread rule: calls wait for one another and for write_mesh() (VTK's messages go through one global window).
 /// Cost: VTK's reading, plus one copy of every array, and up to 290 bytes a cell that has to be split.
 [[nodiscard]] TetMesh read_mesh(const std::string& path, ReadReport* report = nullptr,
-                                const ProgressCallback& progress = {});
-
-/// What the head of a file says of its size, before anything is read.
-struct AnnouncedMesh {
-  std::uint64_t points = 0;
-  std::uint64_t cells = 0;
-  double point_bytes = 0; ///< of the positions and point arrays of all points
-
-  /// The most that read_mesh() has at a time if the cells are tets: VTK's grid (64-bit ids) beside the mesh made of it.
-  [[nodiscard]] std::uint64_t bytes_to_read() const {
-    constexpr double kGridBytes = 41, kTetBytes = 16; // a cell: four ids, an offset, a type; four vertices
-    return static_cast<std::uint64_t>(2 * point_bytes + (kGridBytes + kTetBytes) * static_cast<double>(cells));
-  }
-};
-
-/// Of a VTU, or of a PVTU with all its pieces; nothing of other formats, whose heads do not tell.
-/// Throws Error as read_mesh() does. Thread rule: that of read_mesh(). Cost: the head of each file.
-[[nodiscard]] std::optional<AnnouncedMesh> announced_mesh(const std::string& path);
+                                const ProgressCallback& progress = {}, std::uint64_t memory_limit = 0);
 
 /// The XXH64 of the bytes of a file and of ReadReport::more_files behind it, as "xxh64:0123456789abcdef", for
 /// provenance. Throws Error: kIo, kCancelled.

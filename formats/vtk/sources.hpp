@@ -18,13 +18,27 @@ struct Source {
   Messages& messages;
   const ProgressCallback& progress;
   ReadReport& report;
+  std::uint64_t memory_limit = 0; ///< bytes; 0: none
 };
+
+/// What the head of a file says of its size, before its tables are read.
+struct AnnouncedMesh {
+  std::uint64_t points = 0;
+  std::uint64_t cells = 0;
+  std::uint64_t ids = 0;  ///< of points, in all cells together; 4 a cell where that is not known
+  double point_bytes = 0; ///< of the positions and point arrays of all points
+
+  /// The most that read_mesh() has at a time: VTK's grid (64-bit ids) beside the mesh that is made of it, or beside
+  /// cells that are yet to be split, or these beside their tets. Cells of more than four points are taken for
+  /// hexahedra.
+  [[nodiscard]] std::uint64_t bytes_to_read() const;
+};
+
+/// Throws Error(kLimit) when reading takes more than the limit allows.
+void check_memory(const Source& source, const AnnouncedMesh& announced);
 
 void read_vtu(const Source& source, Assembler& assembler);
 void read_pvtu(const Source& source, Assembler& assembler);
-/// What the heads say; adds to `announced`.
-void measure_vtu(const Source& source, AnnouncedMesh& announced);
-void measure_pvtu(const Source& source, const Assembler& assembler, AnnouncedMesh& announced);
 void read_legacy(const Source& source, Assembler& assembler);
 void read_exodus(const Source& source, Assembler& assembler);
 
@@ -33,7 +47,7 @@ void check_readable(const std::string& path);
 
 /// Walks through a legacy VTK file and throws Error(kBadInput) unless it is an unstructured grid whose tables and
 /// attributes are as long as they say: VTK's reader trusts those numbers and would run past its buffers. Notes where a
-/// text ends within its last line.
-void check_legacy(const Source& source);
+/// text ends within its last line. Returns the sizes that it has seen.
+AnnouncedMesh check_legacy(const Source& source);
 
 } // namespace ptet::vtkio

@@ -177,17 +177,8 @@ public:
 
   using vtkXMLUnstructuredGridReader::GetNumberOfPieces;
 
-  /// After UpdateInformation().
-  void add_to(AnnouncedMesh& announced) const {
-    for (int piece = 0; piece < NumberOfPieces; ++piece) {
-      announced.points += static_cast<std::uint64_t>(NumberOfPoints[piece]);
-      announced.cells += static_cast<std::uint64_t>(NumberOfCells[piece]);
-      announced.point_bytes += static_cast<double>(NumberOfPoints[piece]) *
-                               (point_row_bytes(PointElements[piece]) + point_row_bytes(PointDataElements[piece]));
-    }
-  }
-
   std::uint64_t file_bytes = 0;
+  AnnouncedMesh announced;        ///< by every piece
   std::vector<std::string> notes; ///< of every piece
 
 protected:
@@ -266,7 +257,12 @@ protected:
                              << *first_layout_ << ".");
       return 0;
     }
-    return check_ghosts(cell_data) ? 1 : 0;
+    if (!check_ghosts(cell_data)) return 0;
+    announced.points += static_cast<std::uint64_t>(NumberOfPoints[Piece]);
+    announced.cells += static_cast<std::uint64_t>(NumberOfCells[Piece]);
+    announced.ids += ids_of_cells();
+    announced.point_bytes += point_count * (point_row_bytes(points) + point_row_bytes(point_data));
+    return 1;
   }
 
   /// The length of the connectivity is what the offsets say. One so long that its bytes cannot be counted would be read
@@ -498,6 +494,25 @@ private:
     return layout;
   }
 
+  /// Of the piece, as the head of the array tells, of which one value is read.
+  std::uint64_t ids_of_cells() {
+    const std::uint64_t of_tets = 4 * static_cast<std::uint64_t>(NumberOfCells[Piece]);
+    vtkXMLDataElement* const cells = CellElements[Piece];
+    vtkXMLDataElement* const ids =
+        cells ? cells->FindNestedElementWithNameAndAttribute("DataArray", "Name", "connectivity") : nullptr;
+    int type = 0;
+    if (of_tets == 0 || !ids || !ids->GetWordTypeAttribute("type", type)) return of_tets;
+    auto& parser = *static_cast<GuardedParser*>(XMLParser);
+    const std::size_t id_bytes = parser.GetWordTypeSize(type);
+    parser.array_bytes = 0;
+    double id = 0; // has room for a value of any type
+    if (vtkTypeInt64 offset = 0; ids->GetScalarAttribute("offset", offset))
+      parser.ReadAppendedData(offset, &id, 0, 1, type);
+    else if (attribute(*ids, "format") == "binary")
+      parser.ReadInlineData(ids, 0, &id, 0, 1, type);
+    return id_bytes != 0 && parser.array_bytes != 0 ? parser.array_bytes / id_bytes : of_tets;
+  }
+
   std::optional<std::string> first_layout_;       ///< of the first piece that has points
   std::optional<std::string> first_ghost_layout_; ///< of the first piece that has cells
 };
@@ -580,7 +595,7 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
     check_readable(path);
     ++pieces;
     if (is_empty(path)) continue;
-    visit(Source{path, source.messages, source.progress, source.report});
+    visit(Source{path, source.messages, source.progress, source.report}); // the limit is for all of them
     ++full_pieces;
   }
   if (pieces == 0) assembler.fail("names no pieces");
@@ -592,6 +607,7 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
 
 void read_vtu(const Source& source, Assembler& assembler) {
   const vtkSmartPointer<CheckedReader> reader = opened(source);
+  check_memory(source, reader->announced);
   for (const std::string& note : reader->notes)
     assembler.note_once(note);
 
@@ -609,6 +625,17 @@ void read_vtu(const Source& source, Assembler& assembler) {
 }
 
 void read_pvtu(const Source& source, Assembler& assembler) {
+  if (source.memory_limit != 0) {
+    AnnouncedMesh all;
+    each_piece(source, assembler, [&](const Source& piece) {
+      const AnnouncedMesh its = opened(piece)->announced;
+      all.points += its.points;
+      all.cells += its.cells;
+      all.ids += its.ids;
+      all.point_bytes += its.point_bytes;
+    });
+    check_memory(source, all);
+  }
   const int pieces = each_piece(source, assembler, [&](const Source& piece) {
     source.report.more_files.push_back(piece.path);
     read_vtu(piece, assembler);
@@ -618,14 +645,6 @@ void read_pvtu(const Source& source, Assembler& assembler) {
         "joined " + grouped(static_cast<std::uint64_t>(pieces)) +
         " pieces; points that they share stand in each of them, as in the files: where pieces touch "
         "is boundary and cannot get much coarser, unless these points are welded (ptet build --weld)");
-}
-
-void measure_vtu(const Source& source, AnnouncedMesh& announced) {
-  opened(source)->add_to(announced);
-}
-
-void measure_pvtu(const Source& source, const Assembler& assembler, AnnouncedMesh& announced) {
-  each_piece(source, assembler, [&](const Source& piece) { measure_vtu(piece, announced); });
 }
 
 } // namespace ptet::vtkio

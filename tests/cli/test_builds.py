@@ -16,6 +16,7 @@ import case  # noqa: E402
 import meshes  # noqa: E402
 from case import Case, program  # noqa: E402
 
+FIXTURES = pathlib.Path(__file__).resolve().parents[1] / "fixtures"
 DATA = pathlib.Path(os.environ.get("PTET_DATA") or
                     pathlib.Path(__file__).resolve().parents[3] / "shared" / "data")
 
@@ -177,10 +178,37 @@ class Memory(Case):
         self.assertEqual((self.folder / "grid.ptet").read_bytes(), whole)
         (self.folder / "grid.ptet").unlink()
         # The head of the file is enough; then the counts of the mesh, before anything is made of it.
-        self.refused(5, "build", "grid.vtu", "--memory-limit", "1M", says=["reading 24,576 cells", "allows 1,000,000"])
+        self.refused(5, "build", "grid.vtu", "--memory-limit", "1M", says=["reading 24,576 cells", "the limit is 1,000,000"])
         self.refused(5, "build", "grid.vtu", "--memory-limit", "40M", "--threads", "2",
                      says=["24576 tets", "would take at least", "the limit is 40 MB"])
         self.assertEqual(self.files(), ["grid.vtu"])
+
+    def test_a_limit_is_for_every_format(self):
+        for name in ["vtk_42_all.vtk", "vtk_51_all.vtk", "meshio_42.vtk", "two_blocks.ex2", "two_pieces.pvtu",
+                     "meshio_ascii.vtu", "meshio_lzma.vtu", "vtk_appended_base64_lz4.vtu"]:
+            mesh = FIXTURES / name
+            with self.subTest(name):
+                self.ptet("build", mesh, "-o", "a.ptet", "-q")
+                self.ptet("build", mesh, "-o", "b.ptet", "-q", "--memory-limit", "64GiB")
+                self.assertEqual((self.folder / "a.ptet").read_bytes(), (self.folder / "b.ptet").read_bytes())
+                self.refused(5, "build", mesh, "-o", "c.ptet", "--memory-limit", "100",
+                             says=[f"{name}: reading ", "the limit is 100"])
+                self.assertEqual(self.files(), ["a.ptet", "b.ptet"])
+
+    def test_cells_that_become_several_tets_are_foreseen(self):
+        # A hexahedron has eight ids where it is read, and gives six tets.
+        points = [(x, y, z) for z in range(21) for y in range(21) for x in range(21)]
+        corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+        cells = [tuple(x + dx + 21 * (y + dy + 21 * (z + dz)) for dx, dy, dz in corners)
+                 for z in range(20) for y in range(20) for x in range(20)]
+        with open(self.folder / "hexes.vtk", "w", encoding="ascii") as file:
+            rows = ["# vtk DataFile Version 4.2", "hexahedra", "ASCII", "DATASET UNSTRUCTURED_GRID",
+                    f"POINTS {len(points)} float", *[f"{x} {y} {z}" for x, y, z in points],
+                    f"CELLS {len(cells)} {9 * len(cells)}", *["8 " + " ".join(map(str, cell)) for cell in cells],
+                    f"CELL_TYPES {len(cells)}", *["12"] * len(cells)]
+            file.write("\n".join(rows) + "\n")
+        self.refused(5, "build", "hexes.vtk", "--memory-limit", str(8000 * (5 * 16 + 8 * 4) + 12 * len(points)),
+                     says="reading 8,000 cells")
 
 
 class Methods(Case):
@@ -364,7 +392,7 @@ class Measure(Case):
         self.assertIsNone(self.json("extract", "seen.ptet", "--vertices", "50")["achieved"]["covered"])
 
     def test_what_reading_made_of_the_files_is_said(self):
-        pieces = pathlib.Path(__file__).resolve().parents[1] / "fixtures" / "two_pieces.pvtu"
+        pieces = FIXTURES / "two_pieces.pvtu"
         for note in self.json("measure", pieces, pieces)["notes"]:
             self.assertNotIn("not carried", note)
         for command in (["measure", pieces, pieces], ["verify", "pieces.ptet", "--original", pieces]):

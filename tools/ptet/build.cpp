@@ -207,16 +207,6 @@ std::string checkpoint_of(const Arguments& arguments, const std::string& output)
   return path;
 }
 
-/// The build looks after itself; here it is about reading.
-void check_reading(const std::string& input, std::uint64_t limit) {
-  const auto announced = limit == 0 ? std::nullopt : announced_mesh(input);
-  if (!announced || announced->bytes_to_read() <= limit) return;
-  throw Error(ErrorCode::kLimit, input + ": reading " + grouped(announced->cells) + " cells and " +
-                                     grouped(announced->points) + " points takes some " +
-                                     grouped(announced->bytes_to_read()) +
-                                     " bytes of memory, and --memory-limit allows " + grouped(limit));
-}
-
 /// As BuildOptions has it. Of how many vertices a percentage is, the build knows.
 double target_of(const Count& target, std::size_t vertices) {
   return target.relative && target.value < 1 ? target.value : static_cast<double>(target.of(vertices));
@@ -256,8 +246,7 @@ void run(const Arguments& arguments) {
   ProgressLine progress(arguments.quiet);
   const ProgressCallback callback = ranks.watching(progress.callback());
   progress.stage("reading");
-  check_reading(arguments.input, wishes.options.memory_limit);
-  TetMesh mesh = read_mesh(arguments.input, &outcome.read, callback);
+  TetMesh mesh = read_mesh(arguments.input, &outcome.read, callback, wishes.options.memory_limit);
   outcome.input_bytes = bytes_of(arguments.input, outcome.read);
   BuildOptions options = wishes.options;
   options.checkpoint.path = checkpoint;
