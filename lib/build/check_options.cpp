@@ -6,10 +6,23 @@
 #include <cmath>
 
 namespace ptet::build {
+namespace {
+
+/// Of an enumeration that counts from 0: a cast can make any value.
+template <class Enum>
+bool is_one_of(Enum value, Enum last) {
+  return static_cast<int>(value) >= 0 && value <= last;
+}
+
+} // namespace
+
 void check_options(const BuildOptions& options) {
   const auto require = [](bool good, const char* what) {
     if (!good) throw Error(ErrorCode::kBadArgument, what);
   };
+  require(is_one_of(options.prediction, Prediction::kExact), "there is no such prediction");
+  require(is_one_of(options.evaluation, Evaluation::kExact), "there is no such evaluation");
+  require(is_one_of(options.objective, Objective::kBoth), "there is no such objective");
   require(options.target_vertices >= 0 && std::isfinite(options.target_vertices),
           "the target number of vertices must be a number >= 0");
   const double min_quality = options.min_quality.value_or(0);
