@@ -27,7 +27,6 @@ namespace {
 
 /// Vertex and tet ids stay below the dummy vertex.
 constexpr std::uint64_t kMaxRows = kDummyVertex.index();
-constexpr std::size_t kMaxCellPoints = 10;
 /// So many names are listed in a note.
 constexpr int kMostNames = 9;
 constexpr std::size_t kMostIds = 8;
@@ -48,6 +47,12 @@ std::string kind_name(int type, bool plural) {
   case VTK_VOXEL: return plural ? "voxels" : "voxel";
   case VTK_HEXAHEDRON: return plural ? "hexahedra" : "hexahedron";
   case VTK_QUADRATIC_TETRA: return plural ? "quadratic tetrahedra" : "quadratic tetrahedron";
+  case VTK_QUADRATIC_PYRAMID: return plural ? "quadratic pyramids" : "quadratic pyramid";
+  case VTK_QUADRATIC_WEDGE: return plural ? "quadratic wedges" : "quadratic wedge";
+  case VTK_BIQUADRATIC_QUADRATIC_WEDGE:
+    return plural ? "quadratic wedges of 18 points" : "quadratic wedge of 18 points";
+  case VTK_QUADRATIC_HEXAHEDRON: return plural ? "quadratic hexahedra" : "quadratic hexahedron";
+  case VTK_TRIQUADRATIC_HEXAHEDRON: return plural ? "triquadratic hexahedra" : "triquadratic hexahedron";
   default: break;
   }
   const std::string class_name = vtkCellTypes::GetClassNameFromTypeId(type);

@@ -23,10 +23,6 @@ constexpr std::size_t kMostAround = 256;
 /// Some milliseconds of work.
 constexpr std::size_t kBetweenLooks = 4096;
 
-bool is_linear(int vtk_cell_type) {
-  return splittable_size(vtk_cell_type) <= kMaxRanked;
-}
-
 } // namespace
 
 std::span<const VertexId> CellSplitting::points_of(const Cell& cell) const {
@@ -49,7 +45,7 @@ public:
 
   void append_tets(const Cell& cell, std::vector<Tet>& tets) const {
     const std::span<const VertexId> points = splitting_.points_of(cell);
-    split_cell(cell.type, points, is_linear(cell.type) ? ranks_of(points) : Ranks{}, mesh_, tets);
+    split_cell(cell.type, points, has_diagonals(cell.type) ? ranks_of(points) : Ranks{}, mesh_, tets);
   }
 
   /// Looks at all cells, and changes the order where some give turned tets.
@@ -58,11 +54,11 @@ public:
   [[nodiscard]] bool is_bad(std::size_t cell) const { return badness_[cell] >= kTurned; }
 
 private:
-  /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell. No order makes
-  /// those of a quadratic cell better.
+  /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell, or no order
+  /// makes them better.
   [[nodiscard]] std::uint32_t badness(const Cell& cell) {
     using namespace vec;
-    if (!is_linear(cell.type)) return 0;
+    if (!has_diagonals(cell.type)) return 0;
     tets_.clear();
     append_tets(cell, tets_);
     std::uint32_t turned = 0, straight = 0, flat = 0;
@@ -86,7 +82,7 @@ private:
 
   [[nodiscard]] std::int64_t moved(VertexId v) const { return place_.empty() ? 0 : moved_[place_[v.index()]]; }
   [[nodiscard]] Ranks ranks_of(std::span<const VertexId> points) const {
-    std::array<std::tuple<std::int64_t, Point, VertexId>, kMaxRanked> keys;
+    std::array<std::tuple<std::int64_t, Point, VertexId>, kMaxCellPoints> keys;
     for (std::size_t i = 0; i < points.size(); ++i)
       keys[i] = {moved(points[i]), mesh_.position(points[i]), points[i]};
     // Counted, not sorted: a coordinate that is not a number has no place in an order.
@@ -173,6 +169,7 @@ std::uint64_t OrderOfPoints::examine_all() {
 /// the other, so that all of such a column is before or behind all of the next.
 void OrderOfPoints::keep_columns_together() {
   constexpr double kNear = 1.0 / 9; // of the squared width
+  constexpr std::size_t kMostCorners = 8;
   DisjointSets columns(moved_.size());
   const auto squared_distance = [&](VertexId v, VertexId w) {
     using namespace vec;
@@ -185,6 +182,7 @@ void OrderOfPoints::keep_columns_together() {
     for (const VertexId v : points)
       for (const VertexId w : points)
         width = std::max(width, squared_distance(v, w));
+    if (points.size() > kMostCorners) width /= 4; // from one point of an edge to the next
     for (const VertexId v : points)
       for (const VertexId w : points)
         if (squared_distance(v, w) < kNear * width) columns.join(place_[v.index()], place_[w.index()]);

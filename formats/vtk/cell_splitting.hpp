@@ -21,7 +21,7 @@ class CellSplitting {
 public:
   /// Cells that could not be split well.
   struct Unsplit {
-    std::vector<std::uint64_t> turned; ///< ids of linear ones of which some tets are turned over all the same
+    std::vector<std::uint64_t> turned; ///< ids of those with diagonals of which some tets are turned over all the same
     std::vector<std::uint64_t> gone;   ///< of those that give no tet, since their points repeat
   };
 

@@ -7,7 +7,7 @@
 namespace ptet::vtkio {
 namespace {
 
-/// A face of a linear cell, outward oriented; a triangle when the last corner is kNoCorner.
+/// A face of a convex part, outward oriented; a triangle when the last corner is kNoCorner.
 constexpr std::uint8_t kNoCorner = 255;
 using Face = std::array<std::uint8_t, 4>;
 
@@ -20,6 +20,78 @@ constexpr std::array<Face, 5> kWedge = {
 constexpr std::array<Face, 5> kPyramid = {
     {{0, 3, 2, 1}, {0, 1, 4, kNoCorner}, {1, 2, 4, kNoCorner}, {2, 3, 4, kNoCorner}, {3, 0, 4, kNoCorner}}};
 
+// Cells with a point in the middle of each edge: what these cut off at corners of three edges, and the faces of what is
+// left, first those within the cell's own.
+using Corner = std::array<std::uint8_t, 4>;
+constexpr std::array<Corner, 8> kHexahedronCorners = {{{0, 16, 8, 11},
+                                                       {1, 9, 8, 17},
+                                                       {2, 10, 9, 18},
+                                                       {3, 11, 10, 19},
+                                                       {4, 15, 12, 16},
+                                                       {5, 17, 12, 13},
+                                                       {6, 18, 13, 14},
+                                                       {7, 19, 14, 15}}};
+constexpr std::array<Face, 14> kHexahedronCore = {{{16, 15, 19, 11},
+                                                   {9, 18, 13, 17},
+                                                   {8, 17, 12, 16},
+                                                   {19, 14, 18, 10},
+                                                   {11, 10, 9, 8},
+                                                   {12, 13, 14, 15},
+                                                   {8, 16, 11, kNoCorner},
+                                                   {8, 9, 17, kNoCorner},
+                                                   {9, 10, 18, kNoCorner},
+                                                   {10, 11, 19, kNoCorner},
+                                                   {12, 15, 16, kNoCorner},
+                                                   {12, 17, 13, kNoCorner},
+                                                   {13, 18, 14, kNoCorner},
+                                                   {14, 19, 15, kNoCorner}}};
+constexpr std::array<Corner, 6> kWedgeCorners = {
+    {{0, 12, 6, 8}, {1, 7, 6, 13}, {2, 8, 7, 14}, {3, 11, 9, 12}, {4, 13, 9, 10}, {5, 14, 10, 11}}};
+constexpr std::array<Face, 11> kWedgeCore = {{{8, 7, 6, kNoCorner},
+                                              {9, 10, 11, kNoCorner},
+                                              {6, 13, 9, 12},
+                                              {7, 14, 10, 13},
+                                              {8, 12, 11, 14},
+                                              {6, 12, 8, kNoCorner},
+                                              {6, 7, 13, kNoCorner},
+                                              {7, 8, 14, kNoCorner},
+                                              {9, 11, 12, kNoCorner},
+                                              {9, 13, 10, kNoCorner},
+                                              {10, 14, 11, kNoCorner}}};
+constexpr std::array<Corner, 4> kPyramidCorners = {{{0, 9, 5, 8}, {1, 6, 5, 10}, {2, 7, 6, 11}, {3, 8, 7, 12}}};
+/// Below the pyramid that is cut off at the tip.
+constexpr std::array<Face, 10> kPyramidCore = {{{8, 7, 6, 5},
+                                                {5, 10, 9, kNoCorner},
+                                                {6, 11, 10, kNoCorner},
+                                                {7, 12, 11, kNoCorner},
+                                                {8, 9, 12, kNoCorner},
+                                                {5, 9, 8, kNoCorner},
+                                                {5, 6, 10, kNoCorner},
+                                                {6, 7, 11, kNoCorner},
+                                                {7, 8, 12, kNoCorner},
+                                                {9, 10, 11, 12}}};
+constexpr std::array<Face, 5> kPyramidTip = {
+    {{9, 12, 11, 10}, {9, 10, 4, kNoCorner}, {10, 11, 4, kNoCorner}, {11, 12, 4, kNoCorner}, {12, 9, 4, kNoCorner}}};
+
+// Cells with points in the middles of their quadrilaterals, too: the linear ones that they consist of.
+constexpr std::array<std::array<std::uint8_t, 8>, 8> kHexahedra = {{{0, 8, 24, 11, 16, 22, 26, 20},
+                                                                    {8, 1, 9, 24, 22, 17, 21, 26},
+                                                                    {11, 24, 10, 3, 20, 26, 23, 19},
+                                                                    {24, 9, 2, 10, 26, 21, 18, 23},
+                                                                    {16, 22, 26, 20, 4, 12, 25, 15},
+                                                                    {22, 17, 21, 26, 12, 5, 13, 25},
+                                                                    {20, 26, 23, 19, 15, 25, 14, 7},
+                                                                    {26, 21, 18, 23, 25, 13, 6, 14}}};
+/// VTK has the triangles of this kind the other way round than those of linear wedges.
+constexpr std::array<std::array<std::uint8_t, 6>, 8> kWedges = {{{0, 8, 6, 12, 17, 15},
+                                                                 {6, 7, 1, 15, 16, 13},
+                                                                 {8, 2, 7, 17, 14, 16},
+                                                                 {6, 8, 7, 15, 17, 16},
+                                                                 {12, 17, 15, 3, 11, 9},
+                                                                 {15, 16, 13, 9, 10, 4},
+                                                                 {17, 14, 16, 11, 5, 10},
+                                                                 {15, 17, 16, 9, 11, 10}}};
+
 void append_if_proper(const Tet& tet, std::vector<Tet>& tets) {
   for (int i = 0; i < 4; ++i) {
     for (int j = i + 1; j < 4; ++j) {
@@ -31,8 +103,10 @@ void append_if_proper(const Tet& tet, std::vector<Tet>& tets) {
 
 void cone(std::span<const Face> faces, std::span<const VertexId> points, const Ranks& ranks, std::vector<Tet>& tets) {
   const auto earlier = [&](std::uint8_t a, std::uint8_t b) { return ranks[a] < ranks[b]; };
-  const auto ranked_end = ranks.begin() + static_cast<std::ptrdiff_t>(points.size());
-  const auto apex = static_cast<std::uint8_t>(std::min_element(ranks.begin(), ranked_end) - ranks.begin());
+  std::uint8_t apex = faces[0][0];
+  for (const Face& face : faces)
+    for (const std::uint8_t c : face)
+      if (c != kNoCorner && earlier(c, apex)) apex = c;
   for (const Face& face : faces) {
     Face corner = face;
     const bool is_triangle = face[3] == kNoCorner;
@@ -45,14 +119,32 @@ void cone(std::span<const Face> faces, std::span<const VertexId> points, const R
   }
 }
 
+void cut_off(std::span<const Corner> corners, std::span<const VertexId> points, std::vector<Tet>& tets) {
+  for (const Corner& c : corners)
+    append_if_proper({points[c[0]], points[c[1]], points[c[2]], points[c[3]]}, tets);
+}
+
+template <std::size_t N>
+void cone_parts(std::span<const std::array<std::uint8_t, N>> parts, std::span<const Face> faces,
+                std::span<const VertexId> points, const Ranks& ranks, std::vector<Tet>& tets) {
+  std::array<VertexId, N> part_points;
+  Ranks part_ranks{};
+  for (const auto& part : parts) {
+    for (std::size_t i = 0; i < N; ++i) {
+      part_points[i] = points[part[i]];
+      part_ranks[i] = ranks[part[i]];
+    }
+    cone(faces, part_points, part_ranks, tets);
+  }
+}
+
 double squared_distance(const Point& a, const Point& b) {
   return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
 }
 
-void split_quadratic(std::span<const VertexId> p, const TetMesh& mesh, std::vector<Tet>& tets) {
-  static constexpr std::uint8_t kCorners[4][4] = {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}};
-  for (const auto& c : kCorners)
-    append_if_proper({p[c[0]], p[c[1]], p[c[2]], p[c[3]]}, tets);
+void split_quadratic_tet(std::span<const VertexId> p, const TetMesh& mesh, std::vector<Tet>& tets) {
+  static constexpr std::array<Corner, 4> kCorners = {{{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}}};
+  cut_off(kCorners, p, tets);
 
   // Each diagonal with the four points around it, so ordered that (from, to, ring[i], ring[i + 1]) is positive.
   struct Diagonal {
@@ -82,8 +174,17 @@ std::size_t splittable_size(int vtk_cell_type) {
   case VTK_VOXEL:
   case VTK_HEXAHEDRON: return 8;
   case VTK_QUADRATIC_TETRA: return 10;
+  case VTK_QUADRATIC_PYRAMID: return 13;
+  case VTK_QUADRATIC_WEDGE: return 15;
+  case VTK_BIQUADRATIC_QUADRATIC_WEDGE: return 18;
+  case VTK_QUADRATIC_HEXAHEDRON: return 20;
+  case VTK_TRIQUADRATIC_HEXAHEDRON: return 27;
   default: return 0;
   }
+}
+
+bool has_diagonals(int vtk_cell_type) {
+  return vtk_cell_type != VTK_TETRA && vtk_cell_type != VTK_QUADRATIC_TETRA;
 }
 
 void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,
@@ -93,7 +194,22 @@ void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks
   case VTK_WEDGE: cone(kWedge, points, ranks, tets); break;
   case VTK_VOXEL: cone(kVoxel, points, ranks, tets); break;
   case VTK_HEXAHEDRON: cone(kHexahedron, points, ranks, tets); break;
-  case VTK_QUADRATIC_TETRA: split_quadratic(points, positions, tets); break;
+  case VTK_QUADRATIC_TETRA: split_quadratic_tet(points, positions, tets); break;
+  case VTK_QUADRATIC_PYRAMID:
+    cut_off(kPyramidCorners, points, tets);
+    cone(kPyramidCore, points, ranks, tets);
+    cone(kPyramidTip, points, ranks, tets);
+    break;
+  case VTK_QUADRATIC_WEDGE:
+    cut_off(kWedgeCorners, points, tets);
+    cone(kWedgeCore, points, ranks, tets);
+    break;
+  case VTK_QUADRATIC_HEXAHEDRON:
+    cut_off(kHexahedronCorners, points, tets);
+    cone(kHexahedronCore, points, ranks, tets);
+    break;
+  case VTK_BIQUADRATIC_QUADRATIC_WEDGE: cone_parts<6>(kWedges, kWedge, points, ranks, tets); break;
+  case VTK_TRIQUADRATIC_HEXAHEDRON: cone_parts<8>(kHexahedra, kHexahedron, points, ranks, tets); break;
   default: break;
   }
 }

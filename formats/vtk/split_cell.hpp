@@ -4,7 +4,9 @@
 // A linear cell is coned from its first point over the faces without that point; a quadrilateral is split by the
 // diagonal at its first point. (On the faces with the apex the cone leaves just that diagonal: the apex is the first
 // there too.) A quadratic tetrahedron is split at its mid-edge points: each face into 4, the inner octahedron, whose
-// diagonal no neighbour sees, at its shortest diagonal.
+// diagonal no neighbour sees, at its shortest diagonal. Other quadratic cells lose their corners at the mid-edge
+// points, and what is left is coned like a linear cell; those with points in their quadrilaterals are eight linear
+// cells. All points become vertices; between them values are linear, and edges straight.
 //
 // VTK's own vtkDataSetTriangleFilter was measured and not taken: it splits each quadratic tetrahedron by the geometry
 // of its parametric cell, so that neighbours disagree (2,232 unmatched inner faces in a box of 743 such cells).
@@ -23,17 +25,20 @@
 
 namespace ptet::vtkio {
 
-/// A linear cell has no more points.
-constexpr std::size_t kMaxRanked = 8;
-using Ranks = std::array<std::uint8_t, kMaxRanked>;
+/// No cell has more points.
+constexpr std::size_t kMaxCellPoints = 27;
+using Ranks = std::array<std::uint8_t, kMaxCellPoints>;
 
 /// Points of a cell of this VTK type if it is a tetrahedron or a kind that split_cell() takes; 0: it is neither.
 [[nodiscard]] std::size_t splittable_size(int vtk_cell_type);
 
+/// Whether such a cell has quadrilaterals to be cut, so that an order of its points has a say in how it is split.
+[[nodiscard]] bool has_diagonals(int vtk_cell_type);
+
 /// Appends the tets of one cell that is no tetrahedron. A tet with a repeated point, which a degenerate cell gives, is
 /// left out. Tets are positively oriented where the cell is.
-/// `points`: splittable_size() ids of rows of `positions`, in VTK's order. `ranks`: of the points of a linear cell, by
-/// an order that is the same for all cells; those of equal ids, and no others, are equal.
+/// `points`: splittable_size() ids of rows of `positions`, in VTK's order. `ranks`: of the points of a cell that
+/// has_diagonals(), by an order that is the same for all cells; those of equal ids, and no others, are equal.
 void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,
                 std::vector<Tet>& tets);
 

@@ -2,6 +2,7 @@
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/temp_folder.hpp"
+#include "vtk_fixture.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,19 @@ using namespace ptet::test;
 
 namespace {
 
-enum VtkCell { kTetra = 10, kVoxel = 11, kHexahedron = 12, kWedge = 13, kPyramid = 14, kQuadraticTetra = 24 };
+enum VtkCell {
+  kTetra = 10,
+  kVoxel = 11,
+  kHexahedron = 12,
+  kWedge = 13,
+  kPyramid = 14,
+  kQuadraticTetra = 24,
+  kQuadraticHexahedron = 25,
+  kQuadraticWedge = 26,
+  kQuadraticPyramid = 27,
+  kTriquadraticHexahedron = 29,
+  kBiquadraticWedge = 32
+};
 
 struct Cells {
   std::vector<Point> points;
@@ -28,9 +41,9 @@ const std::vector<Point> kCube = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                   {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
 constexpr int kHexFaces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 
-/// A cube of n^3 cells, each two units wide, of mixed kinds. Columns along z are either hexahedra, voxels and cubes of
-/// six pyramids, or wedges, whose triangles then lie on the outside and on one another.
-Cells mixed_cube(int n, unsigned seed) {
+/// A cube of n^3 cells, each two units wide, of mixed kinds. Columns along z are either hexahedra, voxels and, where
+/// wanted, cubes of six pyramids, or wedges, whose triangles then lie on the outside and on one another.
+Cells mixed_cube(int n, unsigned seed, bool with_pyramids = true) {
   std::mt19937 random(seed);
   Cells made;
   const auto id = [n](int i, int j, int k) { return i + (n + 1) * (j + (n + 1) * k); };
@@ -46,7 +59,7 @@ Cells mixed_cube(int n, unsigned seed) {
       for (int k = 0; k < n; ++k) {
         const int h[8] = {id(i, j, k),     id(i + 1, j, k),     id(i + 1, j + 1, k),     id(i, j + 1, k),
                           id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1), id(i, j + 1, k + 1)};
-        const unsigned kind = random() % 3;
+        const unsigned kind = random() % (with_pyramids ? 3 : 2);
         if (wedges) {
           made.cells.push_back({kWedge, {h[0], h[3], h[1], h[4], h[7], h[5]}});
           made.cells.push_back({kWedge, {h[1], h[3], h[2], h[5], h[7], h[6]}});
@@ -66,28 +79,82 @@ Cells mixed_cube(int n, unsigned seed) {
   return made;
 }
 
-/// Every tet of a mesh with a point in the middle of each edge.
-Cells with_mid_points(const TetMesh& mesh) {
-  static constexpr int kEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+/// The corners, in the order of the quadratic cell, and after them its points in the middle of several of them.
+struct Quadratic {
+  int type;
+  std::vector<int> corners;
+  std::vector<std::vector<int>> middles;
+};
+
+/// VTK's quadratic kind of each linear one; those with points in the middle of quadrilaterals, too, or without.
+const std::map<int, Quadratic>& quadratic_kinds(bool with_face_points) {
+  static const std::vector<std::vector<int>> kOfHexahedron = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                                              {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+  // Triangles are the other way round than those of linear wedges.
+  static const std::vector<int> kWedgeCorners = {0, 2, 1, 3, 5, 4};
+  static const std::vector<std::vector<int>> kOfWedge = {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5},
+                                                         {5, 3}, {0, 3}, {1, 4}, {2, 5}};
+  const auto also = [](std::vector<std::vector<int>> middles, const std::vector<std::vector<int>>& more) {
+    middles.insert(middles.end(), more.begin(), more.end());
+    return middles;
+  };
+  static const std::map<int, Quadratic> kPlain = {
+      {kTetra, {kQuadraticTetra, {0, 1, 2, 3}, {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}}},
+      {kPyramid,
+       {kQuadraticPyramid, {0, 1, 2, 3, 4}, {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}}},
+      {kWedge, {kQuadraticWedge, kWedgeCorners, kOfWedge}},
+      {kVoxel, {kQuadraticHexahedron, {0, 1, 3, 2, 4, 5, 7, 6}, kOfHexahedron}},
+      {kHexahedron, {kQuadraticHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}, kOfHexahedron}}};
+  static const std::vector<std::vector<int>> kOfTriquadratic = also(
+      kOfHexahedron,
+      {{0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 2, 3, 4, 5, 6, 7}});
+  static const std::map<int, Quadratic> kWithFacePoints = {
+      {kWedge, {kBiquadraticWedge, kWedgeCorners, also(kOfWedge, {{0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}})}},
+      {kVoxel, {kTriquadraticHexahedron, {0, 1, 3, 2, 4, 5, 7, 6}, kOfTriquadratic}},
+      {kHexahedron, {kTriquadraticHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}, kOfTriquadratic}}};
+  return with_face_points ? kWithFacePoints : kPlain;
+}
+
+/// Every cell as a quadratic one with straight edges.
+Cells quadratic(const Cells& linear, bool with_face_points = false) {
   Cells made;
-  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-    made.points.push_back(mesh.position(VertexId(v)));
-  std::map<std::pair<int, int>, int> middles;
-  for (const Tet& tet : mesh.tets) {
+  made.points = linear.points;
+  std::map<std::vector<int>, int> middles;
+  for (const auto& [type, points] : linear.cells) {
+    const Quadratic& kind = quadratic_kinds(with_face_points).at(type);
     std::vector<int> ids;
-    for (const VertexId v : tet)
-      ids.push_back(static_cast<int>(v.index()));
-    for (const auto& edge : kEdges) {
-      const auto key = std::minmax({ids[static_cast<std::size_t>(edge[0])], ids[static_cast<std::size_t>(edge[1])]});
+    for (const int corner : kind.corners)
+      ids.push_back(points[static_cast<std::size_t>(corner)]);
+    for (const std::vector<int>& of : kind.middles) {
+      std::vector<int> key;
+      for (const int corner : of)
+        key.push_back(ids[static_cast<std::size_t>(corner)]);
+      std::sort(key.begin(), key.end());
       const auto [at, is_new] = middles.try_emplace(key, static_cast<int>(made.points.size()));
       if (is_new) {
-        const Point a = made.points[static_cast<std::size_t>(key.first)];
-        const Point b = made.points[static_cast<std::size_t>(key.second)];
-        made.points.push_back({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2});
+        Point middle{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          for (const int v : key)
+            middle[axis] += made.points[static_cast<std::size_t>(v)][axis];
+          middle[axis] /= static_cast<double>(key.size());
+        }
+        made.points.push_back(middle);
       }
       ids.push_back(at->second);
     }
-    made.cells.push_back({kQuadraticTetra, ids});
+    made.cells.push_back({kind.type, ids});
+  }
+  return made;
+}
+
+Cells cells_of(const TetMesh& mesh) {
+  Cells made;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+    made.points.push_back(mesh.position(VertexId(v)));
+  for (const Tet& tet : mesh.tets) {
+    made.cells.push_back({kTetra, {}});
+    for (const VertexId v : tet)
+      made.cells.back().second.push_back(static_cast<int>(v.index()));
   }
   return made;
 }
@@ -135,6 +202,13 @@ TetMesh read_cells(const Cells& cells, ReadReport* report = nullptr) {
   return read_mesh(folder / "cells.vtk", report);
 }
 
+void check_is_sound(const MeshFacts& facts) {
+  CHECK(facts.inverted_tets == 0);
+  CHECK(facts.repeated_tets == 0);
+  CHECK(facts.crowded_faces == 0);
+  CHECK(facts.folded_faces == 0);
+}
+
 /// No face of one tet inside the cube [0, width]^3.
 bool is_closed_inside(const TetMesh& mesh, const MeshFacts& facts, double width) {
   return std::all_of(facts.boundary.begin(), facts.boundary.end(), [&](const Face& face) {
@@ -158,10 +232,7 @@ TEST_CASE("mixed cells are split so that neighbours agree", "[vtk]") {
   const TetMesh mesh = read_cells(cells, &report);
   CHECK(mesh.vertex_count() == cells.points.size());
   const MeshFacts facts = examine(mesh);
-  CHECK(facts.inverted_tets == 0);
-  CHECK(facts.repeated_tets == 0);
-  CHECK(facts.crowded_faces == 0);
-  CHECK(facts.folded_faces == 0);
+  check_is_sound(facts);
   CHECK(facts.components == 1);
   CHECK(facts.boundary_euler_characteristic == 2);
   CHECK(facts.volume == Approx(1000));
@@ -322,17 +393,60 @@ TEST_CASE("quadratic tets are split at their middle points so that neighbours ag
   GridOptions options;
   options.jitter = 0;
   const TetMesh linear = grid(options);
-  Cells cells = with_mid_points(linear);
+  Cells cells = quadratic(cells_of(linear));
   shuffle(cells, seed);
   const TetMesh mesh = read_cells(cells);
   CHECK(mesh.tets.size() == 8 * linear.tets.size());
   const MeshFacts before = examine(linear);
   const MeshFacts facts = examine(mesh);
-  CHECK(facts.inverted_tets == 0);
-  CHECK(facts.crowded_faces == 0);
-  CHECK(facts.folded_faces == 0);
+  check_is_sound(facts);
   CHECK(facts.boundary.size() == 4 * before.boundary.size());
   CHECK(facts.volume == Approx(before.volume));
+}
+
+TEST_CASE("mixed quadratic cells are split so that neighbours agree", "[vtk]") {
+  const auto seed = GENERATE(1U, 2U, 3U, 4U, 5U);
+  const bool with_face_points = GENERATE(false, true);
+  Cells cells = quadratic(mixed_cube(4, seed, !with_face_points), with_face_points);
+  shuffle(cells, seed);
+  ReadReport report;
+  const TetMesh mesh = read_cells(cells, &report);
+  CHECK(mesh.vertex_count() == cells.points.size());
+  std::vector<VertexId> used;
+  for (const Tet& tet : mesh.tets)
+    used.insert(used.end(), tet.begin(), tet.end());
+  std::sort(used.begin(), used.end());
+  CHECK(static_cast<std::size_t>(std::unique(used.begin(), used.end()) - used.begin()) == cells.points.size());
+  const MeshFacts facts = examine(mesh);
+  check_is_sound(facts);
+  CHECK(facts.components == 1);
+  CHECK(facts.boundary_euler_characteristic == 2);
+  CHECK(facts.volume == Approx(512));
+  CHECK(is_closed_inside(mesh, facts, 8));
+  REQUIRE(report.notes.size() == 1);
+  CHECK_THAT(report.notes[0], Catch::StartsWith("split ") && Catch::Contains("quadratic hexahedra"));
+}
+
+TEST_CASE("the nodes of Exodus' quadratic cells are where they belong", "[vtk]") {
+  ReadReport report;
+  const TetMesh mesh = read_mesh(fixture("quadratic.ex2"), &report);
+  CHECK(mesh.vertex_count() == 93);
+  const MeshFacts facts = examine(mesh);
+  check_is_sound(facts);
+  CHECK(facts.components == 5);
+  CHECK(facts.volume == Approx(1 + 1 + 0.5 + 0.5 + 1 / 3.0));
+}
+
+TEST_CASE("quadratic cells with curved edges are split without turning tets over", "[vtk]") {
+  const bool with_face_points = GENERATE(false, true);
+  Cells cells = quadratic(mixed_cube(4, 7, !with_face_points), with_face_points);
+  // A bend of all space: cells, two units wide, are as good as before.
+  for (Point& p : cells.points)
+    p = {p[0] + 0.3 * std::sin(p[1]), p[1] + 0.3 * std::sin(p[2]), p[2] + 0.3 * std::sin(p[0])};
+  shuffle(cells, 3);
+  const MeshFacts facts = examine(read_cells(cells));
+  check_is_sound(facts);
+  CHECK(facts.components == 1);
 }
 
 TEST_CASE("each kind of cell gives its number of tets", "[vtk]") {
@@ -342,6 +456,14 @@ TEST_CASE("each kind of cell gives its number of tets", "[vtk]") {
   CHECK(tets(kVoxel, {0, 1, 3, 2, 4, 5, 7, 6}) == 6);
   CHECK(tets(kWedge, {0, 3, 1, 4, 7, 5}) == 3);
   CHECK(tets(kPyramid, {0, 1, 2, 3, 6}) == 2);
+  const auto quadratic_tets = [&](int type, const std::vector<int>& ids, bool with_face_points) {
+    return read_cells(quadratic({kCube, {{type, ids}}}, with_face_points)).tets.size();
+  };
+  CHECK(quadratic_tets(kTetra, {0, 1, 2, 5}, false) == 8);
+  CHECK(quadratic_tets(kHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}, false) == 22);
+  CHECK(quadratic_tets(kHexahedron, {0, 1, 2, 3, 4, 5, 6, 7}, true) == 48);
+  CHECK(quadratic_tets(kWedge, {0, 3, 1, 4, 7, 5}, true) == 24);
+  CHECK(quadratic_tets(kPyramid, {0, 1, 2, 3, 6}, false) == 13);
 }
 
 TEST_CASE("a degenerate hexahedron gives proper tets only", "[vtk]") {
