@@ -2,10 +2,10 @@
 // before anything is changed.
 #pragma once
 
-#include "build/boundary_surface.hpp"
 #include "build/collapse_check.hpp"
 #include "build/predictor.hpp"
 #include "build/working_complex.hpp"
+#include "build/working_surface.hpp"
 #include "ptet/build.hpp"
 
 #include <limits>
@@ -17,20 +17,20 @@ namespace ptet::build {
 
 /// What has been found of a collapse that moves the boundary.
 struct BoundaryMove {
-  BoundingBox reach;                    ///< it is allowed until a face moves in here
-  BoundarySurface::FaceChanges changes; ///< that it makes
-  std::optional<double> error;          ///< the domain error, mesh units, once it has been asked for
-  BoundarySurface::Handover handover;
+  BoundingBox reach;                   ///< it is allowed until a face moves in here
+  WorkingSurface::FaceChanges changes; ///< that it makes
+  std::optional<double> error;         ///< the domain error, mesh units, once it has been asked for
+  WorkingSurface::Handover handover;
 };
 
 class BoundaryCheck {
 public:
   /// `domain_error`: as the surface was made. `diagonal`, `domain_limit`: mesh units. The others must outlive the
   /// object.
-  BoundaryCheck(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
+  BoundaryCheck(const WorkingComplex& complex, const WorkingSurface& surface, const Predictor& predictor,
                 DomainError domain_error, double diagonal, double domain_limit)
       : complex_(complex), surface_(surface), predictor_(predictor), domain_error_(domain_error), diagonal_(diagonal),
-        domain_limit_(domain_limit), workspaces_([&surface] { return BoundarySurface::Workspace(surface); }) {}
+        domain_limit_(domain_limit), workspaces_([&surface] { return WorkingSurface::Workspace(surface); }) {}
 
   /// Puts down the reach and the changes of such a collapse. Thread rule: const.
   void outline(const CollapsePlan& plan, BoundaryMove& move) const;
@@ -63,15 +63,15 @@ public:
   [[nodiscard]] double domain_limit() const { return domain_limit_; }
 
 private:
-  [[nodiscard]] double error_of(Vertex vs, Vertex vd, double enough, BoundarySurface::Workspace& workspace) const;
+  [[nodiscard]] double error_of(Vertex vs, Vertex vd, double enough, WorkingSurface::Workspace& workspace) const;
 
   const WorkingComplex& complex_;
-  const BoundarySurface& surface_;
+  const WorkingSurface& surface_;
   const Predictor& predictor_;
   DomainError domain_error_;
   double diagonal_;
   double domain_limit_;
-  mutable oneapi::tbb::enumerable_thread_specific<BoundarySurface::Workspace> workspaces_;
+  mutable oneapi::tbb::enumerable_thread_specific<WorkingSurface::Workspace> workspaces_;
 };
 
 } // namespace ptet::build

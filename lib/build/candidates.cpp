@@ -34,7 +34,7 @@ constexpr std::size_t kGrainsBetweenLooks = 256;
 
 } // namespace
 
-Candidates::Candidates(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
+Candidates::Candidates(const WorkingComplex& complex, const WorkingSurface& surface, const Predictor& predictor,
                        const QuadricPredictor* quadrics, const CollapseCost& cost, Prediction prediction,
                        double round_fraction, std::function<Trial()> new_trial, const std::vector<char>& frozen)
     : complex_(complex), surface_(surface), predictor_(predictor), quadrics_(quadrics), cost_(cost),

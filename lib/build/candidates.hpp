@@ -15,11 +15,11 @@
 // Source: Cignoni et al. 2000, sections 4.3 and 5.
 #pragma once
 
-#include "build/boundary_surface.hpp"
 #include "build/collapse_check.hpp"
 #include "build/collapse_cost.hpp"
 #include "build/quadric_predictor.hpp"
 #include "build/trial.hpp"
+#include "build/working_surface.hpp"
 #include "mesh/large_pages.hpp"
 
 #include <array>
@@ -49,7 +49,7 @@ using StatusCounts = std::array<std::uint64_t, kCollapseStatusCount>;
 class Candidates {
 public:
   /// The predictor of the costs; for predictions that simulate it makes the shortlist.
-  Candidates(const WorkingComplex& complex, const BoundarySurface& surface, const Predictor& predictor,
+  Candidates(const WorkingComplex& complex, const WorkingSurface& surface, const Predictor& predictor,
              const QuadricPredictor* quadrics, const CollapseCost& cost, Prediction prediction, double round_fraction,
              std::function<Trial()> new_trial, const std::vector<char>& frozen);
 
@@ -167,7 +167,7 @@ private:
   [[nodiscard]] float simulated_cost(Vertex v, Vertex target, Trial& trial, std::vector<double>& growth) const;
 
   const WorkingComplex& complex_;
-  const BoundarySurface& surface_;
+  const WorkingSurface& surface_;
   const Predictor& predictor_;
   const QuadricPredictor* quadrics_;
   const CollapseCost& cost_;

@@ -11,7 +11,6 @@
 #pragma once
 
 #include "build/boundary_check.hpp"
-#include "build/boundary_surface.hpp"
 #include "build/candidates.hpp"
 #include "build/choose_predictor.hpp"
 #include "build/collapse_cost.hpp"
@@ -22,6 +21,7 @@
 #include "build/removed_vertices.hpp"
 #include "build/trial.hpp"
 #include "build/working_complex.hpp"
+#include "build/working_surface.hpp"
 #include "error/exact_field_error.hpp"
 #include "mesh/prepare.hpp"
 #include "ptet/build.hpp"
@@ -125,7 +125,7 @@ private:
 
   std::vector<char> frozen_; ///< by vertex
   WorkingComplex complex_;
-  BoundarySurface surface_;
+  WorkingSurface surface_;
   RemovedVertices removed_;
   std::unique_ptr<ExactFieldError> exact_;
   ChosenPredictor predictor_;

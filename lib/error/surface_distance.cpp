@@ -217,9 +217,9 @@ double TriangleSurface::distance_sq(const Point& at, std::uint32_t* nearest) con
 }
 
 /// One triangle and the pieces that it has been cut into, the one with the greatest bound on top of a heap.
-class TriangleSurface::Refinement {
+class TriangleSurface::Subdivision {
 public:
-  Refinement(const TriangleSurface& surface, const Triangle& triangle, double relative, double floor)
+  Subdivision(const TriangleSurface& surface, const Triangle& triangle, double relative, double floor)
       : surface_(surface), whole_(triangle), factor_sq_((1 + relative) * (1 + relative)) {
     const double least = std::max(floor, kRounding * std::max(surface.extent_, largest_coordinate(triangle)));
     floor_sq_ = least * least;
@@ -384,7 +384,7 @@ private:
 DistanceBounds TriangleSurface::farthest(const Triangle& triangle, double relative, double floor,
                                          std::size_t most_cuts) const {
   if (triangles_.empty()) return {kInfinity, kInfinity};
-  return Refinement(*this, less(triangle, origin_), relative, floor).run(most_cuts);
+  return Subdivision(*this, less(triangle, origin_), relative, floor).run(most_cuts);
 }
 
 DistanceBounds one_sided_hausdorff(std::span<const Triangle> triangles, const TriangleSurface& surface, double relative,

@@ -57,7 +57,7 @@ public:
                                         std::size_t most_cuts = 100'000) const;
 
 private:
-  class Refinement;
+  class Subdivision;
   /// Lowers `best_sq` and `slot` to the nearest triangle there is.
   void search(const Point& p, double& best_sq, std::uint32_t& slot) const;
 

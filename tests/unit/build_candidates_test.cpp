@@ -37,7 +37,7 @@ struct Choice {
 
   Scene scene;
   std::vector<char> frozen;
-  build::BoundarySurface surface;
+  build::WorkingSurface surface;
   build::QuadricPredictor quadrics;
   build::CollapseCost cost;
   build::RemovedVertices removed;

@@ -1,5 +1,5 @@
 // The moving boundary: which collapses it bears, the domain error by hand, and whether it would meet itself.
-#include "build/boundary_surface.hpp"
+#include "build/working_surface.hpp"
 #include "build_fixture.hpp"
 
 #include <algorithm>
@@ -25,11 +25,11 @@ struct Moving {
   Fixture fixture;
   std::vector<char> frozen;
   std::vector<std::uint32_t> curves;
-  build::BoundarySurface surface{fixture.complex, fixture.points, 10, frozen, build::DomainError::kSampled, curves};
-  build::BoundarySurface::Workspace workspace{surface};
+  build::WorkingSurface surface{fixture.complex, fixture.points, 10, frozen, build::DomainError::kSampled, curves};
+  build::WorkingSurface::Workspace workspace{surface};
 
   bool would_intersect(Vertex vs, Vertex vd) {
-    const build::BoundarySurface::FaceChanges changes = changes_of(vs, vd);
+    const build::WorkingSurface::FaceChanges changes = changes_of(vs, vd);
     return surface.would_intersect(fixture.complex, vs, vd, modified, changes, workspace);
   }
   bool would_pass_over(Vertex vs, Vertex vd) {
@@ -40,17 +40,17 @@ struct Moving {
   double collapse(Vertex vs, Vertex vd) {
     REQUIRE(surface.collapse_ok(vs, vd));
     const double error = simulate(vs, vd);
-    build::BoundarySurface::Handover handover;
-    build::BoundarySurface::take_handover(workspace, handover);
-    const build::BoundarySurface::FaceChanges changes = changes_of(vs, vd);
+    build::WorkingSurface::Handover handover;
+    build::WorkingSurface::take_handover(workspace, handover);
+    const build::WorkingSurface::FaceChanges changes = changes_of(vs, vd);
     fixture.complex.collapse(vs, vd, deleted, modified);
     surface.collapse(vs, vd, handover);
     surface.move_faces(changes);
     return error;
   }
-  build::BoundarySurface::FaceChanges changes_of(Vertex vs, Vertex vd) {
+  build::WorkingSurface::FaceChanges changes_of(Vertex vs, Vertex vd) {
     classify(vs, vd);
-    build::BoundarySurface::FaceChanges changes;
+    build::WorkingSurface::FaceChanges changes;
     surface.find_changes(fixture.complex, vs, vd, modified, deleted, changes);
     return changes;
   }
@@ -167,9 +167,9 @@ TEST_CASE("boundary: centroids of faces count where no vertex leaves the surface
 TEST_CASE("boundary: bounds on the domain error, by hand", "[build][boundary]") {
   const auto bound = [](const Fixture& f, Vertex vd) {
     std::vector<char> frozen(f.points.size(), 0);
-    build::BoundarySurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
+    build::WorkingSurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
     REQUIRE(surface.collapse_ok(0, vd));
-    build::BoundarySurface::Workspace workspace(surface);
+    build::WorkingSurface::Workspace workspace(surface);
     const double most = surface.bound(0, vd, 100, workspace);
     // The tip is the only corner that is not in the plane of the others.
     CHECK(surface.at_least(0, vd, 100, workspace) == Approx(most > 0 ? std::abs(f.points[0][2]) : 0));
@@ -207,9 +207,9 @@ TEST_CASE("boundary: bounds far from the origin are as at it", "[build][boundary
     for (Point& p : f.points)
       p = {p[0] + far, p[1] - 2 * far, p[2] + far};
     std::vector<char> frozen(f.points.size(), 0);
-    build::BoundarySurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
+    build::WorkingSurface surface(f.complex, f.points, 10, frozen, build::DomainError::kBound);
     REQUIRE(surface.collapse_ok(0, 2));
-    build::BoundarySurface::Workspace workspace(surface);
+    build::WorkingSurface::Workspace workspace(surface);
     return surface.bound(0, 2, 100, workspace);
   };
   for (const double far : {1e6, 1e9}) {

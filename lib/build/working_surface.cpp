@@ -1,4 +1,4 @@
-#include "build/boundary_surface.hpp"
+#include "build/working_surface.hpp"
 
 #include "build/collapse_geometry.hpp"
 #include "build/face_index.hpp"
@@ -103,7 +103,7 @@ private:
 
 } // namespace
 
-struct BoundarySurface::Impl {
+struct WorkingSurface::Impl {
   Impl(const std::vector<Point>& p, std::span<const std::uint32_t> crossing_curves)
       : positions(p), relative(p), crossings(crossing_curves) {
     for (Point& x : relative)
@@ -171,9 +171,9 @@ struct BoundarySurface::Impl {
   }
 };
 
-BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
-                                 std::vector<char>& frozen, DomainError domain_error,
-                                 std::span<const std::uint32_t> crossing_curves)
+WorkingSurface::WorkingSurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
+                               std::vector<char>& frozen, DomainError domain_error,
+                               std::span<const std::uint32_t> crossing_curves)
     : impl_(std::make_unique<Impl>(positions, crossing_curves)) {
   Impl& m = *impl_;
   m.rounding = kSurfaceRounding * diagonal;
@@ -227,13 +227,13 @@ BoundarySurface::BoundarySurface(const WorkingComplex& complex, const std::vecto
     m.curves.push_back(m.crossings.of_original(f));
 }
 
-BoundarySurface::~BoundarySurface() = default;
+WorkingSurface::~WorkingSurface() = default;
 
-bool BoundarySurface::contains(Vertex v) const {
+bool WorkingSurface::contains(Vertex v) const {
   return impl_->handle[v].is_valid();
 }
 
-bool BoundarySurface::collapse_ok(Vertex vs, Vertex vd) const {
+bool WorkingSurface::collapse_ok(Vertex vs, Vertex vd) const {
   const Impl& m = *impl_;
   const HalfedgeHandle h = m.halfedge(vs, vd);
   if (!h.is_valid() || m.surface.is_boundary(m.handle[vs])) return false;
@@ -252,7 +252,7 @@ bool BoundarySurface::collapse_ok(Vertex vs, Vertex vd) const {
 }
 
 /// Finds the face nearest to a sample, or one that it lies on; `likely` is tried first. Returns the squared distance.
-double BoundarySurface::hold(std::uint32_t sample, std::uint32_t likely, Workspace& w) const {
+double WorkingSurface::hold(std::uint32_t sample, std::uint32_t likely, Workspace& w) const {
   const Impl& m = *impl_;
   const Point& p = m.sample_position(sample);
   double nearest = std::numeric_limits<double>::infinity();
@@ -271,7 +271,7 @@ double BoundarySurface::hold(std::uint32_t sample, std::uint32_t likely, Workspa
   return nearest;
 }
 
-double BoundarySurface::simulate(Vertex vs, Vertex vd, Workspace& w) const {
+double WorkingSurface::simulate(Vertex vs, Vertex vd, Workspace& w) const {
   const Impl& m = *impl_;
   w.left_.clear();
   w.coarse_.clear();
@@ -301,12 +301,12 @@ double BoundarySurface::simulate(Vertex vs, Vertex vd, Workspace& w) const {
   return worst < m.rounding ? 0 : worst;
 }
 
-BoundarySurface::Workspace::Workspace(const BoundarySurface& surface) {
+WorkingSurface::Workspace::Workspace(const WorkingSurface& surface) {
   if (surface.impl_->pieces) division_.emplace(*surface.impl_->pieces);
 }
 
 /// The faces around vs, and those that vs -> vd would leave of them.
-void BoundarySurface::find_faces(Vertex vs, Vertex vd, Workspace& w) const {
+void WorkingSurface::find_faces(Vertex vs, Vertex vd, Workspace& w) const {
   const Impl& m = *impl_;
   w.fine_.clear();
   w.coarse_.clear();
@@ -330,26 +330,25 @@ void BoundarySurface::find_faces(Vertex vs, Vertex vd, Workspace& w) const {
   } while (h != first);
 }
 
-double BoundarySurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) const {
+double WorkingSurface::bound(Vertex vs, Vertex vd, double limit, Workspace& w) const {
   find_faces(vs, vd, w);
   return w.division_->hand_over(w.fine_, w.fine_triangles_, w.coarse_triangles_, limit);
 }
 
-double BoundarySurface::at_least(Vertex vs, Vertex vd, double enough, Workspace& w) const {
+double WorkingSurface::at_least(Vertex vs, Vertex vd, double enough, Workspace& w) const {
   find_faces(vs, vd, w);
   return w.division_->at_least(w.fine_, w.coarse_triangles_, enough);
 }
 
-void BoundarySurface::take_handover(Workspace& w, Handover& handover) {
+void WorkingSurface::take_handover(Workspace& w, Handover& handover) {
   handover.fine.swap(w.fine_);
   handover.coarse.swap(w.coarse_);
   handover.held.swap(w.held_);
   if (w.division_) handover.pieces = w.division_->handover();
 }
 
-void BoundarySurface::find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                   std::span<const SlotId> modified, std::span<const SlotId> deleted,
-                                   FaceChanges& changes) const {
+void WorkingSurface::find_changes(const WorkingComplex& complex, Vertex vs, Vertex vd, std::span<const SlotId> modified,
+                                  std::span<const SlotId> deleted, FaceChanges& changes) const {
   const std::vector<Point>& positions = impl_->positions;
   changes.gone.clear();
   changes.moved.clear();
@@ -363,9 +362,8 @@ void BoundarySurface::find_changes(const WorkingComplex& complex, Vertex vs, Ver
   }
 }
 
-bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                      std::span<const SlotId> modified, const FaceChanges& changes,
-                                      Workspace& w) const {
+bool WorkingSurface::would_intersect(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                     std::span<const SlotId> modified, const FaceChanges& changes, Workspace& w) const {
   const Impl& m = *impl_;
   const std::span<const FaceChanges::Moved> made = changes.moved;
   BoundingBox all;
@@ -411,7 +409,7 @@ bool BoundarySurface::would_intersect(const WorkingComplex& complex, Vertex vs, 
   return false;
 }
 
-bool BoundarySurface::would_meet(const FaceChanges& one, const FaceChanges& other) const {
+bool WorkingSurface::would_meet(const FaceChanges& one, const FaceChanges& other) const {
   return std::any_of(one.moved.begin(), one.moved.end(), [&](const FaceChanges::Moved& a) {
     return std::any_of(other.moved.begin(), other.moved.end(), [&](const FaceChanges::Moved& b) {
       return a.box.meets(b.box) && faces_meet_improperly(ids(a.corners), ids(b.corners), impl_->positions);
@@ -419,47 +417,19 @@ bool BoundarySurface::would_meet(const FaceChanges& one, const FaceChanges& othe
   });
 }
 
-bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
-                                      std::span<const SlotId> modified, Workspace& w) const {
+bool WorkingSurface::would_pass_over(const WorkingComplex& complex, Vertex vs, Vertex vd,
+                                     std::span<const SlotId> modified, Workspace& w) const {
   const Impl& m = *impl_;
   const BoundingBox all = reach(complex, vd, modified);
   if (m.shell.empty() && !all.contains(m.index.bounds())) return false;
-  // A face around vs sweeps the tet of its corners and vd.
-  std::vector<Workspace::Swept>& swept = w.swept_;
-  swept.clear();
+  SweptSpace& swept = w.swept_;
+  swept.begin(vs, vd);
   std::uint32_t shell = 0;
   for (const SlotId s : modified) {
     if (!complex.is_ghost(complex.slot(s))) continue;
-    const Triangle face = face_of(complex.slot(s), complex.dummy());
-    swept.push_back(
-        {face, box_of(std::array{m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vd]})});
+    swept.add(face_of(complex.slot(s), complex.dummy()), m.positions);
     shell = m.shell_of(s);
   }
-  const auto has = [](const Triangle& face, Vertex x) { return std::find(face.begin(), face.end(), x) != face.end(); };
-  const auto faces_of = [&](Vertex x) {
-    return std::count_if(swept.begin(), swept.end(), [&](const auto& tet) { return has(tet.face, x); });
-  };
-  const auto is_in = [&](const Triangle& face, const Point& p) {
-    const std::array<Point, 4> tet{m.positions[face[0]], m.positions[face[1]], m.positions[face[2]], m.positions[vd]};
-    const int sign = orientation(tet[0], tet[1], tet[2], tet[3]);
-    for (std::size_t i = 0; i < 4; ++i) {
-      std::array<Point, 4> seen = tet;
-      seen[i] = p;
-      const int side = sign * orientation(seen[0], seen[1], seen[2], seen[3]);
-      if (side < 0) return false;
-      if (side > 0) continue;
-      if (i == 3 || face[i] == vs) return false;
-      // On the side of vs, vd and the third corner: what lies between two of the tets is swept, what lies on a face
-      // that is there before or after is not.
-      const auto third = std::find_if(face.begin(), face.end(), [&](Vertex x) { return x != vs && x != face[i]; });
-      if (faces_of(*third) != 2) return false;
-    }
-    return true;
-  };
-  const auto is_swept = [&](const Point& p) {
-    return std::any_of(swept.begin(), swept.end(),
-                       [&](const auto& tet) { return tet.box.contains(p) && is_in(tet.face, p); });
-  };
   w.hits_.clear();
   m.index.query(all, w.hits_);
   // A shell is closed: what of the own one goes on beyond what is swept would cross the new faces.
@@ -473,20 +443,20 @@ bool BoundarySurface::would_pass_over(const WorkingComplex& complex, Vertex vs, 
   for (const SlotId s : w.hits_) {
     if (goes_on && m.shell_of(s) == shell) continue;
     const Triangle face = face_of(complex.slot(s), complex.dummy());
-    if (has(face, vs)) continue; // it moves
-    if (std::all_of(face.begin(), face.end(), [&](Vertex x) { return x == vd || faces_of(x) > 0; })) {
+    if (std::find(face.begin(), face.end(), vs) != face.end()) continue; // it moves
+    if (std::all_of(face.begin(), face.end(), [&](Vertex x) { return swept.has_corner(x); })) {
       const Point sum = m.positions[face[0]] + m.positions[face[1]] + m.positions[face[2]];
-      if (is_swept((1.0 / 3.0) * sum)) return true;
+      if (swept.contains((1.0 / 3.0) * sum, m.positions)) return true;
     } else {
       w.corners_.insert(w.corners_.end(), face.begin(), face.end());
     }
   }
   std::sort(w.corners_.begin(), w.corners_.end());
   const auto end = std::unique(w.corners_.begin(), w.corners_.end());
-  return std::any_of(w.corners_.begin(), end, [&](Vertex x) { return is_swept(m.positions[x]); });
+  return std::any_of(w.corners_.begin(), end, [&](Vertex x) { return swept.contains(m.positions[x], m.positions); });
 }
 
-BoundingBox BoundarySurface::reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const {
+BoundingBox WorkingSurface::reach(const WorkingComplex& complex, Vertex vd, std::span<const SlotId> modified) const {
   BoundingBox box;
   box.add(impl_->positions[vd]);
   for (const SlotId s : modified)
@@ -496,15 +466,15 @@ BoundingBox BoundarySurface::reach(const WorkingComplex& complex, Vertex vd, std
   return box;
 }
 
-void BoundarySurface::begin_changes() {
+void WorkingSurface::begin_changes() {
   impl_->index.begin_changes();
 }
 
-bool BoundarySurface::has_moved(const BoundingBox& box) const {
+bool WorkingSurface::has_moved(const BoundingBox& box) const {
   return impl_->index.has_moved(box);
 }
 
-void BoundarySurface::collapse(Vertex vs, Vertex vd, const Handover& handover) {
+void WorkingSurface::collapse(Vertex vs, Vertex vd, const Handover& handover) {
   Impl& m = *impl_;
   m.surface.collapse(m.halfedge(vs, vd));
   m.handle[vs] = VertexHandle();
@@ -524,7 +494,7 @@ void BoundarySurface::collapse(Vertex vs, Vertex vd, const Handover& handover) {
   }
 }
 
-void BoundarySurface::move_faces(const FaceChanges& changes) {
+void WorkingSurface::move_faces(const FaceChanges& changes) {
   Impl& m = *impl_;
   if (!m.crossings.empty()) m.join_curves(changes);
   for (const SlotId s : changes.gone) {

@@ -11,6 +11,7 @@
 
 #include "build/boundary_pieces.hpp"
 #include "build/self_crossings.hpp"
+#include "build/swept_space.hpp"
 #include "build/working_complex.hpp"
 #include "error/triangle_distance.hpp"
 #include "mesh/box_tree.hpp"
@@ -28,15 +29,15 @@ enum class DomainError : std::uint8_t {
   kBound,     ///< by bound()
 };
 
-class BoundarySurface {
+class WorkingSurface {
 public:
   /// `frozen`: vertices that cannot be represented are frozen too. `crossing_curves`: as PreparedMesh has them.
-  BoundarySurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
-                  std::vector<char>& frozen, DomainError domain_error = DomainError::kSampled,
-                  std::span<const std::uint32_t> crossing_curves = {});
-  ~BoundarySurface();
-  BoundarySurface(const BoundarySurface&) = delete;
-  BoundarySurface& operator=(const BoundarySurface&) = delete;
+  WorkingSurface(const WorkingComplex& complex, const std::vector<Point>& positions, double diagonal,
+                 std::vector<char>& frozen, DomainError domain_error = DomainError::kSampled,
+                 std::span<const std::uint32_t> crossing_curves = {});
+  ~WorkingSurface();
+  WorkingSurface(const WorkingSurface&) = delete;
+  WorkingSurface& operator=(const WorkingSurface&) = delete;
 
   [[nodiscard]] bool contains(Vertex v) const;
   /// Whether vs -> vd keeps the surface a manifold. Both must be on it, vs not frozen; false too when vs vd is no
@@ -56,19 +57,13 @@ public:
   /// What one thread needs to simulate, for bounds and for intersections.
   class Workspace {
   public:
-    explicit Workspace(const BoundarySurface& surface);
+    explicit Workspace(const WorkingSurface& surface);
 
   private:
-    friend class BoundarySurface;
+    friend class WorkingSurface;
     struct Around {
       std::uint32_t first_sample; ///< that the face holds
       std::uint32_t left;         ///< what becomes of it; kNone when it goes
-    };
-
-    /// The tet that a face sweeps.
-    struct Swept {
-      std::array<Vertex, 3> face;
-      BoundingBox box;
     };
 
     std::vector<TriangleDistance> left_;
@@ -77,7 +72,7 @@ public:
     std::optional<BoundaryPieces::Division> division_;
     std::vector<std::uint32_t> fine_, coarse_;
     std::vector<PatchTriangle> fine_triangles_, coarse_triangles_;
-    std::vector<Swept> swept_;
+    SweptSpace swept_;
     std::vector<Vertex> corners_; ///< of faces that may be passed over
     std::vector<SlotId> hits_;
     std::vector<SelfCrossings::Set> curves_;
