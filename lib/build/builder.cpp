@@ -83,7 +83,7 @@ private:
               prepared_, fields_, records_, [this](const Progress& p) { return go_on(p); }, &certified_);
         });
       });
-    if (checkpoints_.enabled()) save(); // what follows takes little time, and is not kept
+    if (checkpoints_.enabled()) save_in_passing(); // what follows takes little time, and is not kept
     threads_.run([&] { report_.cut_dependencies = add_cut_dependencies(prepared_, records_, progress_); });
   }
 
@@ -127,7 +127,10 @@ private:
   bool go_on(const Progress& progress) {
     const bool goes_on = !stopping_ && (!progress_ || progress_(progress));
     const bool has_memory = !near_memory_limit(options_);
-    if (checkpoints_.due() || (checkpoints_.enabled() && !(goes_on && has_memory))) save();
+    if (checkpoints_.enabled() && !(goes_on && has_memory))
+      save();
+    else if (checkpoints_.due())
+      save_in_passing();
     if (goes_on && !has_memory)
       throw Error(ErrorCode::kLimit, "the process has come near the memory limit of " +
                                          limit_text(options_.memory_limit) + " while " + std::string(progress.stage) +
@@ -147,6 +150,18 @@ private:
           serialize_rest(archive);
         },
         report_);
+  }
+
+  /// A build that can go on does so without one: it is there for what may happen, and may be possible the next time.
+  void save_in_passing() {
+    try {
+      save();
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kIo) throw;
+      checkpoints_.put_off();
+      ++report_.checkpoints_failed;
+      report_.checkpoint_failure = error.what();
+    }
   }
 
   void resume() {

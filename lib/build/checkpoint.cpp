@@ -132,6 +132,7 @@ CheckpointWriter::CheckpointWriter(const CheckpointOptions& options) : options_(
   if (enabled() && !options.resume && std::filesystem::exists(options.path, status))
     throw Error(ErrorCode::kBadArgument,
                 "the checkpoint '" + options.path + "' is there already: go on from it, or remove it to begin anew");
+  if (enabled()) (void)WholeFile(options.path); // to know now, not when the first one is due
 }
 
 bool CheckpointWriter::due() const {

@@ -109,8 +109,8 @@ private:
 /// Writes the checkpoints of one build when it is time.
 class CheckpointWriter {
 public:
-  /// Writes nothing when `options.path` is empty. Throws Error(kBadArgument) when there is a file of that name already
-  /// that nobody asked to go on from.
+  /// Writes nothing when `options.path` is empty. Throws Error: kBadArgument when there is a file of that name already
+  /// that nobody asked to go on from, kIo when none can be written there.
   explicit CheckpointWriter(const CheckpointOptions& options);
 
   [[nodiscard]] bool enabled() const { return !options_.path.empty(); }
@@ -119,6 +119,8 @@ public:
   /// The file appears whole, in place of the one before. Throws Error(kIo).
   void write(const BuildIdentity& identity, const std::function<void(file::OutputArchive&)>& save_state,
              BuildReport& report);
+  /// Not due again before as much time has passed as after one.
+  void put_off() { last_ = Clock::now(); }
 
 private:
   using Clock = std::chrono::steady_clock;

@@ -211,6 +211,44 @@ TEST_CASE("checkpoints: written when it is time, and gone when the file is there
   CHECK(folder.names() == std::vector<std::string>{"mesh.ptet"});
 }
 
+TEST_CASE("checkpoints: one that cannot be written does not end a build", "[checkpoint]") {
+  const TetMesh mesh = test::grid({{5, 5, 5}, {}, 3, 4});
+  BuildOptions options = with(Prediction::kQuadric, Evaluation::kVertices);
+  const test::TempFolder folder;
+  (void)build_file(mesh, folder / "mesh.ptet", options);
+  const std::string expected = test::read_bytes(folder / "mesh.ptet");
+  const std::filesystem::path place = folder / "place";
+  options.checkpoint.path = (place / "build.ckpt").string();
+  options.checkpoint.every_seconds = 0;
+  CHECK(refusal(mesh, options).first == ErrorCode::kIo); // nor can any be: said at once
+  for (const int gone_at : {1, 4}) {
+    std::filesystem::create_directory(place);
+    int calls = 0;
+    const BuildReport report = build_file(mesh, folder / "mesh.ptet", options, {}, {}, [&](const Progress& progress) {
+      if (progress.stage == std::string_view("collapsing") && ++calls == gone_at) std::filesystem::remove_all(place);
+      return true;
+    });
+    CHECK(report.checkpoints_failed > 10);
+    CHECK_THAT(report.checkpoint_failure, Catch::Contains("build.ckpt"));
+    CHECK(report.notes.size() == 0);
+    CHECK(test::read_bytes(folder / "mesh.ptet") == expected);
+    CHECK(folder.names() == std::vector<std::string>{"mesh.ptet"});
+  }
+  // One that is stopped depends on it.
+  std::filesystem::create_directory(place);
+  const auto stop = [&](const Progress& progress) {
+    if (progress.stage != std::string_view("collapsing")) return true;
+    std::filesystem::remove_all(place);
+    return false;
+  };
+  try {
+    (void)build_file(mesh, folder / "mesh.ptet", options, {}, {}, stop);
+    FAIL("nothing was thrown");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kIo);
+  }
+}
+
 TEST_CASE("checkpoints: of another build they are refused, and say why", "[checkpoint]") {
   const TetMesh mesh = test::grid({{5, 5, 5}, {}, 3, 4});
   BuildOptions options = with(Prediction::kQuadric, Evaluation::kVertices);

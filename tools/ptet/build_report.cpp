@@ -140,6 +140,8 @@ void print_costs(const BuildOutcome& outcome, std::ostream& out) {
   if (build.checkpoints > 0)
     out << "  saved     " << counted(build.checkpoints, "checkpoint") << " of up to "
         << counted(build.checkpoint_bytes, "byte") << " in " << brief(build.checkpoint_seconds, 3) << " s\n";
+  if (build.checkpoints_failed > 0)
+    out << "  not saved " << counted(build.checkpoints_failed, "checkpoint") << ": " << build.checkpoint_failure << '\n';
   if (build.pieces > 1) {
     out << "  pieces    " << grouped(build.pieces) << ", " << counted(build.piece_records, "collapse") << " in "
         << brief(build.piece_seconds, 3) << " s, made again in the whole in " << brief(build.follow_seconds, 3) << " s";
@@ -228,6 +230,10 @@ void print_json(const BuildOutcome& outcome) {
   json["resume_seconds"] = build.resume_seconds;
   json["checkpoints"] = {
       {"written", build.checkpoints}, {"bytes", build.checkpoint_bytes}, {"seconds", build.checkpoint_seconds}};
+  if (build.checkpoints_failed > 0) {
+    json["checkpoints"]["failed"] = build.checkpoints_failed;
+    json["checkpoints"]["failure"] = build.checkpoint_failure;
+  }
   print(json);
 }
 

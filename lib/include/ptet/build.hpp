@@ -72,7 +72,8 @@ enum class Objective {
 /// mesh, options (but for the threads) and a program: with others it is refused. It is trusted: damage is found by its
 /// hash, but a forged one is not, so go on only from those that you wrote.
 struct CheckpointOptions {
-  /// The file, written whole or not at all; empty: none. Removed by build_file() once its own file is there.
+  /// The file, written whole or not at all; empty: none. Removed by build_file() once its own file is there. Where it
+  /// cannot be written the build goes on and BuildReport tells, unless the build ends there.
   std::string path;
   /// Seconds between two checkpoints, at least: one is written when the next round of collapses (or, after these, the
   /// next batch of certified records) is done; besides, when all collapses are done and when the build is cancelled.
@@ -186,6 +187,9 @@ struct BuildReport {
   std::uint32_t checkpoints = 0;      ///< written in this run
   std::uint64_t checkpoint_bytes = 0; ///< of the last one
   double checkpoint_seconds = 0;      ///< wall time that writing them took
+  /// That could not be written, and why the last of them could not; the build went on.
+  std::uint32_t checkpoints_failed = 0;
+  std::string checkpoint_failure;
   std::uint32_t pieces = 1;           ///< that the mesh was cut in
   std::uint64_t piece_records = 0;    ///< collapses decided in pieces
   /// Decided in a piece, but not possible in the whole mesh, or after one that was not: left to the second pass.
