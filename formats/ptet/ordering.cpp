@@ -96,15 +96,16 @@ std::vector<std::uint32_t> by_error(const RecordStream& records, const StreamPar
   return order;
 }
 
-/// Two orders in one: each record stands by its rank in by_error() or among the collapses from the last to the first,
-/// whichever is less. So a cut of n records, by error or by a budget, finds them among the first 2n. A record's parents
-/// come before it in both orders, and so they do here.
+/// Two orders in one: each record stands by its rank in by_error() or for budgets, whichever is less. So a cut of n
+/// records, by error or by a budget, finds them among the first 2n. A record's parents come before it in both orders,
+/// and so they do here.
 std::vector<std::uint32_t> coarse_to_fine(const RecordStream& records, const StreamParents& parents,
+                                          const std::vector<std::uint32_t>& for_budgets,
                                           const std::vector<std::uint32_t>& generation) {
   std::vector<std::uint32_t> order = by_error(records, parents, generation);
   std::vector<std::uint32_t> rank(records.size());
   for (std::uint32_t i = 0; i < order.size(); ++i)
-    rank[order[i]] = std::min(i, static_cast<std::uint32_t>(records.size()) - 1 - order[i]);
+    rank[order[i]] = std::min(i, for_budgets[order[i]]);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return std::tuple(rank[a], b) < std::tuple(rank[b], a); // of two that share a rank the later collapse
   });
@@ -125,9 +126,9 @@ std::vector<std::size_t> level_ends(std::size_t record_count, std::size_t base_v
 
 /// The level of each record; returns how many levels there are.
 std::size_t number_levels(const RecordStream& records, const StreamParents& parents,
-                          const std::vector<std::uint32_t>& generation, std::size_t base_vertices,
-                          std::vector<std::uint32_t>& level) {
-  const auto by_rank = coarse_to_fine(records, parents, generation);
+                          const std::vector<std::uint32_t>& rank, const std::vector<std::uint32_t>& generation,
+                          std::size_t base_vertices, std::vector<std::uint32_t>& level) {
+  const auto by_rank = coarse_to_fine(records, parents, rank, generation);
   std::size_t begin = 0, levels = 0;
   for (const std::size_t end : level_ends(records.size(), base_vertices)) {
     for (; begin < end; ++begin)
@@ -179,7 +180,7 @@ std::vector<std::uint64_t> morton_codes(const PointArray& positions, const Bound
 }
 
 FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
-                     std::uint32_t records_per_block) {
+                     const std::vector<std::uint32_t>& rank, std::uint32_t records_per_block) {
   FileOrder order;
   const std::vector<char> used = used_vertices(records, mesh.vertex_count());
   order.box = box_of_used(mesh.positions, used);
@@ -189,7 +190,7 @@ FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const Str
   const auto code_of = [&](std::uint32_t record) { return codes[records.removed[record].index()]; };
 
   std::vector<std::uint32_t> level(records.size());
-  const std::size_t levels = number_levels(records, parents, generation, order.base_vertex_count, level);
+  const std::size_t levels = number_levels(records, parents, rank, generation, order.base_vertex_count, level);
   const CellTree tree = divide_into_cells(mesh, records, parents, generation, kBlocksPerCell * records_per_block);
   std::vector<std::vector<Records>> pieces = pieces_of_levels(tree, level, levels, records_per_block / 2);
   for (auto& of_level : pieces) {

@@ -32,18 +32,8 @@ struct FileOrder {
 /// block"). `positions`: n x 3; what is outside of it, or not finite, is in the first or last cell.
 [[nodiscard]] std::vector<std::uint64_t> morton_codes(const PointArray& positions, const BoundingBox& box);
 
-/// Calls `visit` with each stream record that must be split before `record`: those that consumed what it made, and the
-/// others it needs. May repeat one. `parents`: of the same stream.
-template <class Visit>
-void for_each_parent(const RecordStream& records, const StreamParents& parents, std::size_t record, Visit&& visit) {
-  for (const std::uint32_t parent : parents.of(record))
-    visit(parent);
-  for (const std::uint32_t other : records.others_needed(record))
-    visit(other);
-}
-
-/// `parents`: of the stream. The order depends on the mesh and the stream alone.
+/// `parents`: of the stream. `rank`: by record, see budget_rank(). The order depends on the mesh and the stream alone.
 [[nodiscard]] FileOrder order_file(const TetMesh& mesh, const RecordStream& records, const StreamParents& parents,
-                                   std::uint32_t records_per_block);
+                                   const std::vector<std::uint32_t>& rank, std::uint32_t records_per_block);
 
 } // namespace ptet::file

@@ -89,8 +89,7 @@ struct Content {
   /// depends on r, so that { r : monotone > t } is a closed cut.
   std::vector<ErrorCode16> own;
   std::vector<ErrorCode16> monotone;
-  /// By record: how coarse the mesh was when its collapse was made, so that { r : order > t } is a closed cut, too: the
-  /// mesh that the builder had.
+  /// By record: when a budget has room for it, so that { r : order > t } is a closed cut, too.
   std::vector<OrderCode> order;
   /// record_count x errors_per_record: see BlockInfo::squared_error; empty when it was not measured.
   std::vector<SquaredErrorCode> squared_error;

@@ -10,6 +10,7 @@
 #include "formats/ptet/transcript.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/rows.hpp"
+#include "record/budget_rank.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -70,6 +71,7 @@ private:
   const std::size_t vertex_count_;
 
   StreamParents parents_;
+  std::vector<std::uint32_t> budget_rank_; ///< by stream record, until number_order()
   FileOrder order_;
   std::vector<std::uint32_t> file_record_; ///< by stream record
   std::vector<std::uint32_t> block_of_;    ///< by file record
@@ -102,7 +104,8 @@ void Encoding::check_input() const {
 
 void Encoding::order() {
   parents_ = StreamParents(records_);
-  order_ = order_file(mesh_, records_, parents_, kDefaultRecordsPerBlock);
+  budget_rank_ = budget_rank(records_, parents_);
+  order_ = order_file(mesh_, records_, parents_, budget_rank_, kDefaultRecordsPerBlock);
   file_record_.resize(record_count());
   for (std::uint32_t r = 0; r < record_count(); ++r)
     file_record_[order_.stream_record[r]] = r;
@@ -241,7 +244,8 @@ void Encoding::number_squared_errors() {
 void Encoding::number_order() {
   order_code_.resize(record_count());
   for (std::size_t i = 0; i < record_count(); ++i)
-    order_code_[file_record_[i]] = encode_order(vertex_count_, vertex_count_ - i);
+    order_code_[file_record_[i]] = encode_order(vertex_count_, vertex_count_ - record_count() + 1 + budget_rank_[i]);
+  budget_rank_ = std::vector<std::uint32_t>();
 }
 
 void Encoding::make_base() {

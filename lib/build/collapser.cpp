@@ -74,8 +74,25 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
   begin_records();
 }
 
+/// Nothing where errors are not measured everywhere: what is believed, or seen at samples, is no guide to budgets.
+BudgetWeights Collapser::budget_weights() const {
+  BudgetWeights weights;
+  if (options_.evaluation != Evaluation::kExact) return weights;
+  weights.mean = options_.objective != Objective::kMaximum;
+  if (options_.objective == Objective::kRootMeanSquare) return weights;
+  const std::vector<double>& weight = cost_.field_weight();
+  for (std::size_t f = 0; f < weight.size(); ++f)
+    weights.maximum.push_back(weight[f] / fields_.fields()[f].scale());
+  // A place on the boundary costs a budget more than one inside: with all of the weight the greatest field errors of
+  // two meshes of five are no less than by collapses alone, for domain errors that are 6% less.
+  constexpr double kDomainInBudgets = 0.25;
+  weights.domain = kDomainInBudgets * limits_.measured_domain_weight();
+  return weights;
+}
+
 void Collapser::begin_records() {
   records_.fields = fields_.fields();
+  records_.budget = budget_weights();
   records_.diagonal = scales_.diagonal;
   records_.volume = scales_.volume;
   records_.overlaps_itself = prepared_.overlaps_itself;

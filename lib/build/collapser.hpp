@@ -101,6 +101,7 @@ private:
     std::vector<double> field_errors, outside_errors; ///< one a field, or none that are to be recorded
   };
 
+  [[nodiscard]] BudgetWeights budget_weights() const;
   void begin_records();
   void find_field_errors(Trial& trial, const std::vector<double>* known);
   void put_down(Trial& trial, BoundaryMove& move, std::uint32_t round);

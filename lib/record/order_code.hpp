@@ -1,12 +1,11 @@
-// Order codes: how coarse the mesh was when a collapse was made.
+// Order codes: when a budget has room for a record (budget_rank.hpp).
 //
-//   code   32 log2(vertices of the original / vertices that were left before the collapse), rounded up
+//   code   32 log2(vertices of the original / vertices of the mesh in which it and all before it are split), rounded up
 //
-//   original ----------- collapses ---------> base
+//   original <--------- in the end ---------- base
 //   0 .. 32 .. 64 .. 96 ...                               half the vertices, a quarter, an eighth, ...
 //
-// They grow along the sequence of collapses, so a record's code is at least that of every record that depends on it: a
-// threshold on order codes is a closed cut, and the mesh that the builder had at that size.
+// A record's code is at least that of every record that depends on it: a threshold on order codes is a closed cut.
 #pragma once
 
 #include <cstdint>

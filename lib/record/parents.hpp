@@ -27,4 +27,14 @@ private:
   std::vector<std::uint32_t> parents_;
 };
 
+/// Calls `visit` with each stream record that must be split before `record`: those that consumed what it made, and the
+/// others it needs. May repeat one. `parents`: of the same stream.
+template <class Visit>
+void for_each_parent(const RecordStream& records, const StreamParents& parents, std::size_t record, Visit&& visit) {
+  for (const std::uint32_t parent : parents.of(record))
+    visit(parent);
+  for (const std::uint32_t other : records.others_needed(record))
+    visit(other);
+}
+
 } // namespace ptet

@@ -34,6 +34,14 @@ struct GoverningField {
   [[nodiscard]] double scale() const { return range > 0 ? range : 1; }
 };
 
+/// What budgets are to keep small, beside undoing the last collapses first (budget_rank.hpp). Errors that are weighed
+/// are those everywhere.
+struct BudgetWeights {
+  std::vector<double> maximum; ///< by field, of errors in field units; empty: greatest errors do not count
+  double domain = 0;           ///< of domain errors in mesh units, beside those
+  bool mean = false;           ///< whether mean squares count, of all fields alike
+};
+
 struct RecordStream {
   std::vector<GoverningField> fields;
   double diagonal = 0; ///< of the bounding box of the used vertices
@@ -41,6 +49,7 @@ struct RecordStream {
   /// Some of the original's tets were found to lie in one another: there a point has several values, and errors are
   /// those of each part by itself.
   bool overlaps_itself = false;
+  BudgetWeights budget;
 
   std::uint32_t original_tet_count = 0;
   std::uint32_t original_ghost_count = 0;

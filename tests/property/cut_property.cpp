@@ -32,6 +32,7 @@ struct Sample {
   std::vector<std::byte> bytes;
   std::vector<VertexId> to_original;      ///< by vertex of the file
   std::array<std::vector<double>, 2> own; ///< field errors by record, as the file has them
+  std::vector<std::size_t> place;         ///< by record of the stream: how many budgets undo before it
 
   [[nodiscard]] std::shared_ptr<const Dataset> open() const { return Dataset::open_memory(bytes); }
 };
@@ -44,16 +45,18 @@ std::string bits_of(const PointArray& array) {
   return {reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size()};
 }
 
-/// `extras`: with dependencies between any two records, and squared errors.
+/// `extras`: with dependencies between any two records, squared errors, and budgets that go by errors.
 std::vector<Sample> make_samples(bool extras) {
   std::vector<Sample> list;
   for (auto& [name, mesh] : test::sample_meshes(23)) {
-    Sample sample{name, std::move(mesh), {}, {}, {}, {}, {}};
+    Sample sample{name, std::move(mesh), {}, {}, {}, {}, {}, {}};
     sample.stream = test::simplify_naively(sample.mesh);
     if (extras) {
       test::add_random_dependencies(sample.stream, 41);
       test::add_random_squared_errors(sample.stream, 43);
+      test::add_budget_weights(sample.stream);
     }
+    sample.place = test::places_in_budgets(sample.stream);
     sample.facts = test::examine(sample.mesh);
     sample.bytes = file::encode(sample.mesh, sample.stream, {"test", name, "", {{"order", "random"}}, {"a note"}});
     std::map<std::string, std::uint32_t> at;
@@ -97,7 +100,8 @@ std::vector<char> applied_in(const Sample& sample, const Extraction& extraction)
 }
 
 OrderCode order_code(const Sample& sample, std::size_t record) {
-  return encode_order(sample.mesh.vertex_count(), sample.mesh.vertex_count() - record);
+  const std::size_t vertices = sample.mesh.vertex_count(), without = vertices - sample.stream.size();
+  return encode_order(vertices, without + sample.place[record] + 1);
 }
 
 /// The tets of an extraction in the numbering of the original mesh, sorted keeping their orientation.
@@ -223,7 +227,7 @@ void check_mesh(const Sample& sample, const Extraction& extraction) {
 }
 
 // What the focus needs is there, nothing is that neither it nor the bounds ask for, and of the rest a budget takes the
-// records whose collapses were made last.
+// records that come first in its order.
 void check_budget_order(const Sample& sample, const Request& request, const Extraction& extraction) {
   Request focus, bounds;
   focus.focus = request.focus;
@@ -508,16 +512,24 @@ TEST_CASE("a focus on a single point, where the domain has shrunk or grown too")
   }
 }
 
-TEST_CASE("a budget of the size that the builder's mesh had gives that mesh") {
+TEST_CASE("a budget gives the mesh of the records that come first in its order") {
   for (const auto* list : {&samples(), &samples_with_extras()}) {
     for (const Sample& sample : *list) {
       INFO(sample.name);
       const auto dataset = sample.open();
       const std::size_t records = sample.stream.size();
       std::size_t compared = 0;
+      std::vector<std::size_t> at_place(records);
+      for (std::size_t r = 0; r < records; ++r)
+        at_place[sample.place[r]] = r;
       for (std::size_t done = 0; done <= records; ++done) {
-        if (done > 0 && done < records && order_code(sample, done) == order_code(sample, done - 1)) continue;
-        const std::vector<char> is_split = test::after_collapses(sample.stream, done);
+        const std::size_t split = records - done; // where codes are alike, generations count
+        if (split > 0 && split < records &&
+            order_code(sample, at_place[split]) == order_code(sample, at_place[split - 1]))
+          continue;
+        std::vector<char> is_split;
+        for (const std::size_t place : sample.place)
+          is_split.push_back(place < split ? 1 : 0);
         const std::vector<Tet> there = test::cut_mesh(sample.stream, is_split).tets;
         std::set<Tet> expected;
         for (const Tet& tet : there)

@@ -48,7 +48,8 @@ struct Sample {
   std::vector<std::byte> bytes;
 };
 
-// With dependencies between any two records and squared errors; many blocks, so that they are read one after the other.
+// With dependencies between any two records, squared errors, and budgets that go by errors; many blocks, so that they
+// are read one after the other.
 const std::vector<Sample>& samples() {
   static const std::vector<Sample> made = [] {
     std::vector<Sample> list;
@@ -56,6 +57,7 @@ const std::vector<Sample>& samples() {
       RecordStream stream = test::simplify_naively(mesh);
       test::add_random_dependencies(stream, 31);
       test::add_random_squared_errors(stream, 37);
+      test::add_budget_weights(stream);
       list.push_back({name, file::encode(mesh, stream, {"test", name, "", {}, {}})});
     }
     return list;

@@ -1,6 +1,7 @@
 #include "support/brute_force.hpp"
 
 #include "support/mesh_checks.hpp"
+#include "support/replay.hpp"
 #include "support/versions.hpp"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace ptet::test {
 namespace {
@@ -290,6 +292,71 @@ OverlapIntegrals integrals_over_overlap(const std::vector<Point>& points, const 
       }
     }
   return found;
+}
+
+std::vector<std::size_t> places_in_budgets(const RecordStream& stream) {
+  const std::size_t n = stream.size(), fields = stream.fields.size();
+  const auto parents = parents_in_stream(stream);
+  const auto needs = [&](std::size_t r) {
+    std::vector<std::size_t> all(stream.others_needed(r).begin(), stream.others_needed(r).end());
+    for (const RecordId parent : parents[n - 1 - r])
+      all.push_back(n - 1 - parent.index());
+    return all;
+  };
+  // `key` of any that depends on a record is at most its own.
+  const auto raise = [&](std::vector<double>& key) {
+    for (bool changed = true; std::exchange(changed, false);)
+      for (std::size_t r = 0; r < n; ++r)
+        for (const std::size_t parent : needs(r))
+          if (key[parent] < key[r]) {
+            key[parent] = key[r];
+            changed = true;
+          }
+  };
+  const auto places_by = [&](const std::vector<double>& key) {
+    std::vector<std::size_t> place(n, 0);
+    for (std::size_t r = 0; r < n; ++r)
+      for (std::size_t other = 0; other < n; ++other)
+        place[r] += key[other] > key[r] || (key[other] == key[r] && other > r) ? 1 : 0;
+    return place;
+  };
+  std::vector<double> by_collapse(n), by_maximum(n, 0), by_mean(n, 0);
+  std::vector<double> changed(fields, 0);
+  for (std::size_t r = 0; r < n; ++r)
+    for (std::size_t f = 0; f < fields && stream.budget.mean; ++f)
+      changed[f] += std::abs(stream.squared_error[r * fields + f]);
+  for (std::size_t r = 0; r < n; ++r) {
+    by_collapse[r] = static_cast<double>(r);
+    by_maximum[r] = stream.budget.domain * stream.domain_error[r];
+    for (std::size_t f = 0; f < fields; ++f) {
+      if (!stream.budget.maximum.empty())
+        by_maximum[r] = std::max(by_maximum[r], stream.budget.maximum[f] * stream.largest_error(r, f));
+      if (stream.budget.mean && changed[f] > 0)
+        by_mean[r] = std::max(by_mean[r], stream.squared_error[r * fields + f] / changed[f]);
+    }
+  }
+  std::vector<std::size_t> best = places_by(by_collapse);
+  for (std::size_t& place : best)
+    place *= 10;
+  const auto take_less = [&](std::vector<double>& key) {
+    raise(key);
+    const std::vector<std::size_t> place = places_by(key);
+    for (std::size_t r = 0; r < n; ++r)
+      best[r] = std::min(best[r], 11 * place[r]);
+  };
+  if (!stream.budget.maximum.empty()) take_less(by_maximum);
+  if (stream.budget.mean) take_less(by_mean);
+  std::vector<double> least_first(n);
+  for (std::size_t r = 0; r < n; ++r)
+    least_first[r] = -static_cast<double>(best[r]);
+  return places_by(least_first);
+}
+
+std::vector<char> first_in_budgets(const RecordStream& stream, std::size_t count) {
+  std::vector<char> split;
+  for (const std::size_t place : places_in_budgets(stream))
+    split.push_back(place < count ? 1 : 0);
+  return split;
 }
 
 } // namespace ptet::test

@@ -43,4 +43,12 @@ void add_random_squared_errors(RecordStream& stream, unsigned seed) {
   }
 }
 
+void add_budget_weights(RecordStream& stream) {
+  stream.budget.mean = true;
+  stream.budget.domain = 1 / stream.diagonal;
+  stream.budget.maximum.clear();
+  for (const GoverningField& field : stream.fields)
+    stream.budget.maximum.push_back(1 / field.scale());
+}
+
 } // namespace ptet::test

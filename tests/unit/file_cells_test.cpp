@@ -1,5 +1,6 @@
 #include "formats/ptet/cells.hpp"
 #include "formats/ptet/ordering.hpp"
+#include "record/budget_rank.hpp"
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
 
@@ -22,9 +23,8 @@ struct Sample {
 std::vector<std::uint32_t> generations(const Sample& sample) {
   std::vector<std::uint32_t> generation(sample.records.size());
   for (std::size_t i = generation.size(); i-- > 0;)
-    file::for_each_parent(sample.records, sample.parents, i, [&](std::uint32_t parent) {
-      generation[i] = std::max(generation[i], generation[parent] + 1);
-    });
+    for_each_parent(sample.records, sample.parents, i,
+                    [&](std::uint32_t parent) { generation[i] = std::max(generation[i], generation[parent] + 1); });
   return generation;
 }
 
@@ -48,8 +48,8 @@ TEST_CASE("cells: each record is in one, which depends on none behind it") {
     CHECK(std::count(home.begin(), home.end(), cells.size()) == 0);
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < sample.records.size(); ++i)
-      file::for_each_parent(sample.records, sample.parents, i,
-                            [&](std::uint32_t parent) { wrong += home[parent] > home[i] ? 1 : 0; });
+      for_each_parent(sample.records, sample.parents, i,
+                      [&](std::uint32_t parent) { wrong += home[parent] > home[i] ? 1 : 0; });
     CHECK(wrong == 0);
     if (most == 100000) CHECK(cells.size() == 1);
   }
@@ -91,9 +91,8 @@ TEST_CASE("cells: a separator is found where there is little to separate") {
   const StreamParents parents(records);
   std::vector<std::uint32_t> generation(records.size());
   for (std::size_t i = generation.size(); i-- > 0;)
-    file::for_each_parent(records, parents, i, [&](std::uint32_t parent) {
-      generation[i] = std::max(generation[i], generation[parent] + 1);
-    });
+    for_each_parent(records, parents, i,
+                    [&](std::uint32_t parent) { generation[i] = std::max(generation[i], generation[parent] + 1); });
   const file::CellTree tree = file::divide_into_cells(mesh, records, parents, generation, records.size() - 1);
   REQUIRE(tree.cells.size() == 3);
   std::array<double, 3> least{}, greatest{};
@@ -110,7 +109,8 @@ TEST_CASE("cells: a separator is found where there is little to separate") {
 
 TEST_CASE("cells: the finest block of a long mesh needs but a part of it") {
   const Sample sample;
-  const file::FileOrder order = file::order_file(sample.mesh, sample.records, sample.parents, 8);
+  const file::FileOrder order =
+      file::order_file(sample.mesh, sample.records, sample.parents, budget_rank(sample.records, sample.parents), 8);
   std::vector<std::uint32_t> block_of(sample.records.size());
   for (std::uint32_t b = 0; b < order.blocks.size(); ++b) {
     CHECK(order.blocks[b].record_count <= 8);
@@ -127,10 +127,10 @@ TEST_CASE("cells: the finest block of a long mesh needs but a part of it") {
       const auto block = order.blocks[open.back()];
       open.pop_back();
       for (std::uint32_t i = 0; i < block.record_count; ++i)
-        file::for_each_parent(sample.records, sample.parents, order.stream_record[block.first_record + i],
-                              [&](std::uint32_t parent) {
-                                if (std::exchange(in[block_of[parent]], 1) == 0) open.push_back(block_of[parent]);
-                              });
+        for_each_parent(sample.records, sample.parents, order.stream_record[block.first_record + i],
+                        [&](std::uint32_t parent) {
+                          if (std::exchange(in[block_of[parent]], 1) == 0) open.push_back(block_of[parent]);
+                        });
     }
     needed += static_cast<double>(std::count(in.begin(), in.end(), 1));
   }

@@ -324,7 +324,7 @@ void add_extract(CLI::App& program) {
       ->allow_extra_args(false)
       ->option_text("X|NAME=X,...");
   command->add_option("--domain-error", arguments->domain_error, "largest domain error")->option_text("X|X%");
-  command->add_option("--tets", arguments->tets, "at most so many tets: the smallest error that fits")
+  command->add_option("--tets", arguments->tets, "at most so many tets, those that keep errors small")
       ->option_text("N|N%");
   command->add_option("--vertices", arguments->vertices, "at most so many vertices")->option_text("N|N%");
   command->add_option("--bytes", arguments->bytes, "at most so large: points, fields, tets and boundary faces")

@@ -52,7 +52,7 @@ public:
   vtkSetMacro(DomainError, double);
   vtkGetMacro(DomainError, double);
 
-  /// At most so many tetrahedra, the focus excepted: with no bound on errors, the smallest error that fits.
+  /// At most so many tetrahedra, the focus excepted: with no bound on errors, what keeps them small.
   vtkSetMacro(LimitTets, bool);
   vtkGetMacro(LimitTets, bool);
   vtkBooleanMacro(LimitTets, bool);

@@ -150,8 +150,8 @@ class Dataset:
                 original ones.
             view: what a camera sees is sharp to so many pixels. Outside the picture the bounds hold no more, but for
                 its `outside`.
-            budget: a Budget, or a number of tets; refining stops where it would be passed. With no bounds that is the
-                mesh with the smallest error that the builder had at that size.
+            budget: a Budget, or a number of tets; refining stops where it would be passed, after what keeps errors
+                small.
             origins: fills Extraction.made_by, and states errors as tightly as they are known. Reads all of the file.
             input_order: vertices in the order of the mesh that the file was built from, and, where all of it is there,
                 its tets and their corners, too, however oriented: what was given, byte for byte. Fills

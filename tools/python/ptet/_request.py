@@ -176,8 +176,8 @@ class View:
 
 @dataclass(frozen=True)
 class Budget:
-    """How much the answer may cost. Of what is asked the collapses made last are undone first, up to the first that
-    does not fit; what focus regions need inside is there in any case.
+    """How much the answer may cost. What is asked is refined in an order that the file has, which keeps small what it
+    was built for, up to the first that does not fit; what focus regions need inside is there in any case.
 
     Args:
         tets, vertices: how many at most; a number, or a percentage of the original's.
