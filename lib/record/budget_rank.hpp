@@ -5,14 +5,15 @@
 // with the greatest errors, or the most of the squared error, can be undone before it is their turn:
 //
 //   last collapse first        0  1  2  3  4  ...
-//   greatest error first       0  1  2  3  4  ...   these two count 11 where the first counts 10
-//   largest mean square first  0  1  2  3  4  ...
+//   greatest error first       0  1  2  3  4  ...   these two count 11 where the first counts 10, or 5 where only one
+//   largest mean square first  0  1  2  3  4  ...   of them is wanted
 //                              '----------------> the least of the three places of a record
 //
 // Each is an order in which a record's parents come before it, and so is the least of them: what a budget takes is
 // closed. Measured at the same tets, 50 to 2% of the vertices of five meshes (geometric means): the greatest field
 // error is .92 of that by the first order alone, the RMS .95, the domain error 1.04. By one key for both kinds of
-// error, as the builder's costs are, nothing is gained on one that is not lost on the other.
+// error, as the builder's costs are, nothing is gained on one that is not lost on the other. In builds for the mean
+// square alone the RMS is .986; if it counted 11, .997.
 #pragma once
 
 #include "record/parents.hpp"

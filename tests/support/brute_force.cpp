@@ -342,7 +342,7 @@ std::vector<std::size_t> places_in_budgets(const RecordStream& stream) {
     raise(key);
     const std::vector<std::size_t> place = places_by(key);
     for (std::size_t r = 0; r < n; ++r)
-      best[r] = std::min(best[r], 11 * place[r]);
+      best[r] = std::min(best[r], (stream.budget.mean && !stream.budget.maximum.empty() ? 11 : 5) * place[r]);
   };
   if (!stream.budget.maximum.empty()) take_less(by_maximum);
   if (stream.budget.mean) take_less(by_mean);
