@@ -195,6 +195,18 @@ TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCal
   });
 }
 
+std::vector<std::string> piece_files(const std::string& path) {
+  try {
+    vtkio::Messages messages; // of a damaged file: nobody asked for them
+    const std::string head = vtkio::read_head(path);
+    const bool is_pvtu = head.find("<VTKFile") != std::string::npos &&
+                         vtkio::xml_dataset_type(vtkio::without_comments(head)) == "PUnstructuredGrid";
+    return is_pvtu ? vtkio::pieces_of_pvtu(path) : std::vector<std::string>{};
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 std::string hash_input(const std::string& path, const std::vector<std::string>& more_files,
                        const ProgressCallback& progress) {
   static constexpr std::size_t kChunkBytes = 1 << 20;

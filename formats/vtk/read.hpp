@@ -35,6 +35,10 @@ struct ReadReport {
 [[nodiscard]] TetMesh read_mesh(const std::string& path, ReadReport* report = nullptr,
                                 const ProgressCallback& progress = {}, std::uint64_t memory_limit = 0);
 
+/// The files that a PVTU names as its pieces, in its order; none of another file, or of one that cannot be read.
+/// Thread rule: that of read_mesh(). Cost: reading the PVTU.
+[[nodiscard]] std::vector<std::string> piece_files(const std::string& path);
+
 /// The XXH64 of the bytes of a file and of ReadReport::more_files behind it, as "xxh64:0123456789abcdef", for
 /// provenance. Throws Error: kIo, kCancelled.
 [[nodiscard]] std::string hash_input(const std::string& path, const std::vector<std::string>& more_files = {},

@@ -5,6 +5,7 @@
 #include "formats/vtk/messages.hpp"
 
 #include <string>
+#include <vector>
 
 namespace ptet::vtkio {
 
@@ -39,6 +40,8 @@ void check_memory(const Source& source, const AnnouncedMesh& announced);
 
 void read_vtu(const Source& source, Assembler& assembler);
 void read_pvtu(const Source& source, Assembler& assembler);
+/// Of a PVTU, as it names them; none where it cannot be read.
+std::vector<std::string> pieces_of_pvtu(const std::string& path);
 void read_legacy(const Source& source, Assembler& assembler);
 void read_exodus(const Source& source, Assembler& assembler);
 

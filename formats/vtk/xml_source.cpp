@@ -570,6 +570,19 @@ bool is_empty(const std::string& path) {
   return true;
 }
 
+/// By the pieces that an element of a PVTU has; empty of one without a name.
+std::vector<std::string> named_pieces(vtkXMLDataElement& grid, const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::vector<std::string> files;
+  for (int i = 0; i < grid.GetNumberOfNestedElements(); ++i) {
+    vtkXMLDataElement& element = *grid.GetNestedElement(i);
+    if (std::string(element.GetName()) != "Piece") continue;
+    const std::string name = attribute(element, "Source");
+    files.push_back(name.empty() ? name : (folder / name).string()); // an absolute name replaces the folder
+  }
+  return files;
+}
+
 /// Calls `visit(Source)` with each piece of a PVTU that holds anything; returns how many there are.
 template <class Visit>
 int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) {
@@ -582,16 +595,10 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
   if (!grid) assembler.fail("has no PUnstructuredGrid element");
   if (count_of(*root, "PUnstructuredGrid") > 1) assembler.fail("holds more than one PUnstructuredGrid element");
 
-  const std::filesystem::path folder = std::filesystem::path(source.path).parent_path();
   int pieces = 0;
   int full_pieces = 0;
-  for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
-    vtkXMLDataElement& element = *grid->GetNestedElement(i);
-    if (std::string(element.GetName()) != "Piece") continue;
-    const std::string name = attribute(element, "Source");
-    if (name.empty()) assembler.fail("piece " + std::to_string(pieces) + " has no Source");
-    // An absolute name replaces the folder.
-    const std::string path = (folder / name).string();
+  for (const std::string& path : named_pieces(*grid, source.path)) {
+    if (path.empty()) assembler.fail("piece " + std::to_string(pieces) + " has no Source");
     check_readable(path);
     ++pieces;
     if (is_empty(path)) continue;
@@ -604,6 +611,14 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
 }
 
 } // namespace
+
+std::vector<std::string> pieces_of_pvtu(const std::string& path) {
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(path.c_str());
+  vtkXMLDataElement* const root = parser->Parse() != 0 ? parser->GetRootElement() : nullptr;
+  vtkXMLDataElement* const grid = root ? root->FindNestedElementWithName("PUnstructuredGrid") : nullptr;
+  return grid ? named_pieces(*grid, path) : std::vector<std::string>{};
+}
 
 void read_vtu(const Source& source, Assembler& assembler) {
   const vtkSmartPointer<CheckedReader> reader = opened(source);

@@ -165,6 +165,14 @@ class Memory(Case):
         verified = self.json("verify", "kept.ptet", "--original", "both.pvtu")
         self.assertTrue(verified["ok"])
         self.assertTrue(any("byte for byte" in note for note in verified["notes"]))
+        # The pieces are input, too.
+        piece = (self.folder / "left.vtu").read_bytes()
+        self.refused(2, "build", "both.pvtu", *quick, "--force", "-o", "left.vtu", says=["left.vtu", "a piece of"])
+        self.refused(2, "build", "both.pvtu", *quick, "-o", "x.ptet", "--checkpoint", "right.vtu", says="a piece of")
+        self.refused(2, "extract", "welded.ptet", "--tets", "50%", "-o", "left.vtu", says="a piece of")
+        self.refused(2, "measure", "both.pvtu", "one.vtu", "--errors", "left.vtu", says="a piece of")
+        self.refused(2, "measure", "one.vtu", "both.pvtu", "--errors", "left.vtu", says="a piece of")
+        self.assertEqual((self.folder / "left.vtu").read_bytes(), piece)
         self.ptet("extract", "welded.ptet", "--tets", "50%", "-o", "half.vtu")
         topologies = [self.json("measure", "both.pvtu", "half.vtu", *flag)["original"]["validity"]["components"]
                       for flag in ([], ["--weld"])]

@@ -9,6 +9,7 @@
 #include "files.hpp"
 #include "formats/file_names.hpp"
 #include "formats/vtk/read.hpp"
+#include "input_pieces.hpp"
 #include "mesh/governing.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/pieces_build.hpp"
@@ -179,6 +180,7 @@ std::vector<std::string> governing_names(const TetMesh& mesh, const std::vector<
 std::string output_of(const Arguments& arguments) {
   const std::string path = arguments.output.value_or(std::filesystem::path(arguments.input).stem().string() + ".ptet");
   std::string target = checked_output("-o", path, arguments.input);
+  refuse_piece("-o", target, arguments.input);
   const bool meant = arguments.force || ending_of(target) == ".ptet";
   if (!meant && size_of_file(target) > 0 && !is_ptet_file(target)) {
     throw Error(ErrorCode::kBadArgument,
@@ -192,6 +194,7 @@ std::string checkpoint_of(const Arguments& arguments, const std::string& output)
   if (!arguments.checkpoint) return {};
   const std::string& given = *arguments.checkpoint;
   std::string path = checked_output("--checkpoint", given, arguments.input);
+  refuse_piece("--checkpoint", path, arguments.input);
   if (is_same_file(path, output))
     throw Error(ErrorCode::kBadArgument, "--checkpoint '" + given + "': this is the output file");
   std::error_code status;

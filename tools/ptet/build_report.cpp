@@ -141,7 +141,8 @@ void print_costs(const BuildOutcome& outcome, std::ostream& out) {
     out << "  saved     " << counted(build.checkpoints, "checkpoint") << " of up to "
         << counted(build.checkpoint_bytes, "byte") << " in " << brief(build.checkpoint_seconds, 3) << " s\n";
   if (build.checkpoints_failed > 0)
-    out << "  not saved " << counted(build.checkpoints_failed, "checkpoint") << ": " << build.checkpoint_failure << '\n';
+    out << "  not saved " << counted(build.checkpoints_failed, "checkpoint") << ": " << build.checkpoint_failure
+        << '\n';
   if (build.pieces > 1) {
     out << "  pieces    " << grouped(build.pieces) << ", " << counted(build.piece_records, "collapse") << " in "
         << brief(build.piece_seconds, 3) << " s, made again in the whole in " << brief(build.follow_seconds, 3) << " s";

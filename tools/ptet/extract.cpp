@@ -9,6 +9,7 @@
 #include "formats/surface/write.hpp"
 #include "formats/vtk/read.hpp"
 #include "formats/vtk/write.hpp"
+#include "input_pieces.hpp"
 #include "ptet/dataset.hpp"
 
 #include <algorithm>
@@ -194,14 +195,19 @@ std::optional<Error> shortfall_of(const Extraction& extraction, const DatasetInf
 }
 
 /// An extracted mesh must not take the place of its original, which has arrays that no .ptet file carries. Pieces of a
-/// PVTU are not known again.
+/// PVTU are known where it stands beside them.
 void refuse_original(const Arguments& arguments, const std::string& target, const DatasetInfo& info,
                      const ProgressCallback& progress) {
   if (!std::filesystem::exists(target)) return;
-  const std::string hash = Json::parse(info.provenance_json).at("source_hash");
-  if (hash.empty() || hash_input(target, {}, progress) != hash) return;
-  throw Error(ErrorCode::kBadArgument, "-o '" + *arguments.output + "': this is the mesh that '" + arguments.input +
-                                           "' was built from, and would be lost; give the output another name");
+  const Json provenance = Json::parse(info.provenance_json);
+  const std::string name = provenance.at("source_name"), hash = provenance.at("source_hash");
+  const std::string source = (std::filesystem::path(target).parent_path() / name).string();
+  const bool is_piece_of_it = !name.empty() && is_piece(target, source);
+  if (!is_piece_of_it && (hash.empty() || hash_input(target, {}, progress) != hash)) return;
+  const std::string what =
+      is_piece_of_it ? "a piece of '" + source + "'" : "the mesh that '" + arguments.input + "' was built from";
+  throw Error(ErrorCode::kBadArgument,
+              "-o '" + *arguments.output + "': this is " + what + ", and would be lost; give the output another name");
 }
 
 /// Of the user's time, opening the file has taken some.

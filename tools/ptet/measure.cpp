@@ -8,6 +8,7 @@
 #include "files.hpp"
 #include "formats/file_names.hpp"
 #include "formats/vtk/write.hpp"
+#include "input_pieces.hpp"
 #include "measure_report.hpp"
 #include "mesh/governing.hpp"
 #include "mesh/value_offset.hpp"
@@ -330,8 +331,10 @@ void run(const Arguments& arguments) {
   const Wishes wishes = parse(arguments);
   std::string target;
   if (arguments.errors) {
-    target = checked_output("--errors", *arguments.errors, arguments.original);
-    target = checked_output("--errors", *arguments.errors, arguments.simplified);
+    for (const std::string& mesh : {arguments.original, arguments.simplified}) {
+      target = checked_output("--errors", *arguments.errors, mesh);
+      refuse_piece("--errors", target, mesh);
+    }
   }
   const auto begin = Clock::now();
   build::Threads threads(static_cast<unsigned>(wishes.threads));
