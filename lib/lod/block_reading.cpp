@@ -6,6 +6,12 @@
 #include <limits>
 
 namespace ptet {
+namespace {
+
+/// Of the time that a request has, so much is there when all is read, whenever that is.
+constexpr double kPartAfterReading = 0.25;
+
+} // namespace
 
 BlockReading::BlockReading(Hierarchy& hierarchy, const ResolvedRequest& request, const ProgressCallback& progress)
     : hierarchy_(hierarchy), request_(request), progress_(progress), cancellation_(progress),
@@ -40,6 +46,7 @@ void BlockReading::read_in_time(BlockSet& set, BlockSet& missing, const BlocksBy
   const bool has_lost = try_to_read_in_time(set, missing, by_key, reach, tets_per_record);
   if (has_lost && !is_time_up_ && !hierarchy_.loader().is_in_background())
     static_cast<void>(try_to_read_in_time(set, missing, by_key, reach, tets_per_record));
+  if (has_loaded_ || is_time_up_) grace_ = std::max(grace_, kPartAfterReading * *request_.budgets.max_seconds - left_);
 }
 
 /// Returns whether there are blocks that could not be had.
@@ -62,7 +69,7 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
     const LoadingLimit limit = pace.limit(seconds_left(tets), !has_loaded_);
     PartToLoad part(hierarchy_.loader().needs(), loaded, set);
     for (; next < order.size(); ++next) {
-      if (is_late(tets)) {
+      if (seconds_left(tets) <= 0) {
         is_time_up_ = true;
         if (waits) part.keep_loaded();
         break;
@@ -86,6 +93,7 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
     if (waits && part.blocks() == set)
       pace.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count());
   }
+  left_ = seconds_left(tets);
   return std::find(lost.begin(), lost.end(), 1) != lost.end();
 }
 
@@ -134,12 +142,10 @@ double BlockReading::seconds_left(std::uint64_t tets) const {
   return *request_.budgets.max_seconds - passed - kSecondsPerTet * static_cast<double>(tets);
 }
 
-/// Seconds more than there are for making something of what was read, where reading took all of them; without limit
-/// where others read all the time: what is there is there.
+/// Seconds more than there are for making something of what was read, where reading took nearly all of them, or more;
+/// without limit where others read all the time: what is there is there.
 double BlockReading::grace() const {
-  constexpr double kPart = 0.25;
-  if (!may_load()) return std::numeric_limits<double>::infinity();
-  return is_time_up_ ? kPart * *request_.budgets.max_seconds : 0;
+  return may_load() ? grace_ : std::numeric_limits<double>::infinity();
 }
 
 } // namespace ptet

@@ -35,7 +35,7 @@ public:
   /// Whether blocks may be loaded. Not where others loaded all the time: then what is in memory already is all.
   [[nodiscard]] bool may_load() const { return turn_.has_come(); }
   /// Whether it is too late to make more of what was read: a mesh of so many tets can only just be put out in what time
-  /// is left. Where reading took all of the time there is some more.
+  /// is left. Where reading took nearly all of the time, or more, there is some left.
   [[nodiscard]] bool is_late(std::uint64_t tets) const;
   /// Whether something was left out for want of time.
   [[nodiscard]] bool is_time_up() const { return is_time_up_; }
@@ -61,6 +61,8 @@ private:
   const Clock::time_point begin_;
   const Loader::Turn turn_;
   bool is_time_up_ = false;
+  double left_ = 0;         ///< seconds, when the last reading in time was over
+  double grace_ = 0;        ///< seconds for what comes after reading, in spite of the time
   bool has_loaded_ = false; ///< or tried to, what was not there
 };
 

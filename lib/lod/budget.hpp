@@ -10,8 +10,9 @@
 
 namespace ptet {
 
-/// A record's rank in the order in which a budget is spent, as far as order codes, which are rounded, tell. A record's parents always rank before it: their order codes are no less
-/// than its own, and where they are equal their generations are less.
+/// A record's rank in the order in which a budget is spent, as far as order codes, which are rounded, tell. A record's
+/// parents always rank before it: their order codes are no less than its own, and where they are equal their
+/// generations are less.
 ///
 /// A budget ends at the first wished record in this order that does not fit, with all that it needs, on top of what is
 /// promised and of the wished ones before it. All who spend one come to the same end: find_cut(), which looks at

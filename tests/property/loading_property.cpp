@@ -341,6 +341,28 @@ TEST_CASE("an extraction with time enough reads many blocks at once, one with li
   }
 }
 
+TEST_CASE("what was read is made use of, though the last of it came late") {
+  const LoadingSample& s = sample();
+  const auto quick = Dataset::open_memory(s.bytes);
+  const std::uint64_t opening = quick->bytes_read();
+  Request request;
+  request.focus.push_back({Box{quick->info().box_min, quick->info().box_max}});
+  const Extraction all = quick->extract(request);
+  REQUIRE(all.mesh.tets.size() == quick->info().tets);
+
+  const auto source = std::make_shared<FailingSource>(s.bytes);
+  const auto dataset = Dataset::open(source);
+  std::atomic<std::uint64_t> bytes{0};
+  source->set([&](std::uint64_t, std::uint64_t size) {
+    if ((bytes += size) >= all.bytes_read - opening) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    return false;
+  });
+  request.max_milliseconds = 250;
+  const Extraction late = dataset->extract(request);
+  CHECK(late.bytes_read == all.bytes_read);
+  CHECK(late.mesh.tets.size() == all.mesh.tets.size());
+}
+
 TEST_CASE("who has little time does not wait for a thread that reads") {
   const LoadingSample& s = sample();
   const auto source = std::make_shared<FailingSource>(s.bytes);
