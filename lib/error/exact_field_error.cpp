@@ -27,7 +27,7 @@ public:
   bool run(const Tet& version) {
     switch (view_.begin(version)) {
     case VersionView::Shape::kFlat: return true;
-    case VersionView::Shape::kUntold: bound_by_values(); return true;
+    case VersionView::Shape::kUntold: bound_by_values(); return !parts_.beyond_limit();
     case VersionView::Shape::kSolid: break;
     }
     measure();
@@ -90,6 +90,7 @@ private:
   /// tets that come near it: no difference is greater than that of two of these.
   void bound_by_values() {
     const BoundingBox version = box();
+    parts_.begin_values();
     for (const Cell& cell : original_.cells) {
       const auto at = [&](std::size_t k) { return original_.point(cell.v[k]); };
       if (!version.meets(box_of<4>({at(0), at(1), at(2), at(3)}))) continue;
@@ -97,6 +98,7 @@ private:
         for (const std::uint32_t corner : view_.corners())
           parts_.take_in_values(v, corner);
     }
+    parts_.take_values_everywhere();
   }
 
   /// Whether one plane of the version has all these corners of a tet on its outer side (or on it).

@@ -174,6 +174,10 @@ bool MeasuredParts::weigh(const Rows& rows, double volume) {
   return any;
 }
 
+void MeasuredParts::begin_values() {
+  seen_sq_.assign(errors_.size(), 0.0);
+}
+
 void MeasuredParts::take_in_values(std::uint32_t v, std::uint32_t w) {
   double norm_sq = 0;
   for (std::size_t c = 0; c < original_.channels.channels; ++c) {
@@ -182,8 +186,18 @@ void MeasuredParts::take_in_values(std::uint32_t v, std::uint32_t w) {
     if (original_.ends_field[c] == 0) continue;
     const std::size_t field = original_.channels.field_of[c];
     raise_error(field, norm_sq * original_.scale_sq[field]);
+    seen_sq_[field] = std::max(seen_sq_[field], norm_sq * original_.scale_sq[field]);
     norm_sq = 0;
   }
+}
+
+void MeasuredParts::take_values_everywhere() {
+  const double volume = view_.most_volume();
+  if (!std::isfinite(volume)) return fail();
+  if (squared_.empty()) return;
+  for (std::size_t field = 0; field < errors_.size(); ++field)
+    squared_[field] += seen_sq_[field] * volume;
+  squared_.back() += volume;
 }
 
 void MeasuredParts::take_rest() {

@@ -36,8 +36,11 @@ public:
   /// Takes in the part of an original tet in the version; false when it has none. Parts with no volume but what
   /// rounding gave them are seen and not taken in.
   bool take_in(const Rows& rows, double volume);
-  /// Takes in, as if it were an error, how far the values at two vertices are apart.
+  /// Of a version that cannot be measured: instead of parts, pairs of vertices are taken in, as if how far their values
+  /// are apart were an error; then the greatest of these, everywhere in as much as the version may be.
+  void begin_values();
   void take_in_values(std::uint32_t v, std::uint32_t w);
+  void take_values_everywhere();
   /// When all parts have been taken in: the volume of the version that is in none of them goes to the last of
   /// `squared`.
   void take_rest();
@@ -65,7 +68,7 @@ private:
   std::span<const double> limit_;
   bool beyond_limit_ = false;
   double covered_ = 0;                     ///< volume of the parts
-  std::vector<double> seen_sq_, integral_; ///< by field: of one tet
+  std::vector<double> seen_sq_, integral_; ///< by field: of one tet, or of all values
 };
 
 } // namespace ptet

@@ -93,7 +93,9 @@ VersionView::Shape VersionView::begin_finely(double lengths) {
                                original_->point(corners_[3])};
   if (orientation(x[0], x[1], x[2], x[3]) <= 0) return Shape::kFlat;
   determinant_ = find_fine_planes().high;
-  return determinant_ > kFlattestShape * lengths && std::isfinite(1 / determinant_) ? Shape::kSolid : Shape::kUntold;
+  if (determinant_ > kFlattestShape * lengths && std::isfinite(1 / determinant_)) return Shape::kSolid;
+  most_volume_ = std::max(determinant_, kFlattestShape * lengths) / 6;
+  return Shape::kUntold;
 }
 
 /// Returns the determinant.

@@ -49,6 +49,8 @@ public:
   [[nodiscard]] bool is_fine() const { return is_fine_; }
   /// Of its edges: six times its volume.
   [[nodiscard]] double determinant() const { return determinant_; }
+  /// Of one that is untold: the most that its volume may be.
+  [[nodiscard]] double most_volume() const { return most_volume_; }
 
   /// Whether one plane of the version has all of the box on its outer side, further from it than rounding reaches:
   /// then it is so for the rows of all vertices in the box.
@@ -97,6 +99,7 @@ private:
   Point origin_{}; ///< the place of corner 0
   bool is_fine_ = false;
   double determinant_ = 0;
+  double most_volume_ = 0;
   std::array<Vec3, 3> plane_{};          ///< barycentric coordinates 1 to 3 of p: plane . (p - origin)
   std::array<FineVec3, 3> fine_plane_{}; ///< in its place where the version, or a difference, takes twice the digits
   bool has_fine_planes_ = false;
