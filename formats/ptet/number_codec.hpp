@@ -128,8 +128,10 @@ std::uint64_t code_scalar(Coder& coder, const Column& column, double predicted, 
   // The difference modulo 2^bits, its sign extended.
   const auto difference = static_cast<std::uint64_t>(static_cast<std::int64_t>((rank - from) << unused) >> unused);
   const auto apart_signed = static_cast<std::int64_t>(apart << unused) >> unused;
-  const std::uint64_t coded = code_difference(
-      coder, column, static_cast<std::uint64_t>(apart_signed < 0 ? -apart_signed : apart_signed), difference, r);
+  const std::uint64_t coded = code_difference(coder, column,
+                                              apart_signed < 0 ? 0 - static_cast<std::uint64_t>(apart_signed)
+                                                               : static_cast<std::uint64_t>(apart_signed),
+                                              difference, r);
   return ((from + coded) << unused) >> unused;
 }
 

@@ -214,7 +214,7 @@ MeshComparison::MeshComparison(const ComparedMesh& original, const ComparedMesh&
 /// Divides the values of fields whose squares would be 0 or infinite by a power of two. Those of points that are in no
 /// tet say nothing of the field, and may be anything.
 void MeshComparison::scale_values() {
-  constexpr double kLeastHarmless = 0x1p-300, kMostHarmless = 0x1p300;
+  constexpr double kLeastHarmless = 0x1p-150, kMostHarmless = 0x1p150; // squares are multiplied by volumes, too
   scale_.assign(components_.size(), 1);
   std::vector<double> by_channel;
   std::size_t channel = 0;

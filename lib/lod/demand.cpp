@@ -171,7 +171,9 @@ bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& t
   constexpr double kSlack = 1e-14; // rounding, of norms too
   const double wider = decode_error(own[interval.code], interval.scale) +
                        kSlack * std::max({std::fabs(range.low), std::fabs(range.high), interval.scale});
-  return range.low - wider <= interval.max && range.high + wider >= interval.min;
+  if (range.low > range.high) return false; // nothing but NaN
+  // Written so that NaN, which infinite lengths make of each other, leaves nothing out.
+  return !(range.low - wider > interval.max) && !(range.high + wider < interval.min);
 }
 
 bool Wants::are_closed() const {

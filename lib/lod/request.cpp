@@ -62,7 +62,13 @@ Region checked(const Sphere& sphere) {
 Region checked(const HalfSpace& half_space) {
   const auto normal = direction_of(half_space.normal);
   if (!normal) refuse_request("the normal of a focus half-space has no direction");
-  const double offset = half_space.offset / dot(half_space.normal, *normal);
+  // By a power of two, so that the length of the normal is a number, and nothing else changes.
+  const double largest =
+      std::max({std::abs(half_space.normal[0]), std::abs(half_space.normal[1]), std::abs(half_space.normal[2])});
+  const int exponent = std::ilogb(largest);
+  const Point scaled{std::ldexp(half_space.normal[0], -exponent), std::ldexp(half_space.normal[1], -exponent),
+                     std::ldexp(half_space.normal[2], -exponent)};
+  const double offset = std::ldexp(half_space.offset, -exponent) / dot(scaled, *normal);
   if (!std::isfinite(offset)) refuse_request("the offset of a focus half-space is not finite");
   return HalfSpace{*normal, offset};
 }

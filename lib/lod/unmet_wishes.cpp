@@ -1,3 +1,4 @@
+#include "lod/camera.hpp"
 #include "lod/region.hpp"
 #include "lod/tet_runs.hpp"
 #include "mesh/magnitude.hpp"
@@ -75,6 +76,14 @@ public:
                                 return ValuesOfRun::of(*array, {&tet, 1}).reach(wanted);
                               });
   }
+  bool is_met(const View& view) {
+    const Camera camera(view);
+    return boxes_.any_of([&](TetRun run) { return box_around(mesh_, run); },
+                         [&](const BoundingBox& box) {
+                           return camera.meets(Box{box.low, box.high});
+                         },
+                         [&](const Tet& tet) { return camera.meets(corners_of(mesh_, tet)); });
+  }
   template <class Wish>
   std::vector<std::size_t> unmet(const std::vector<Wish>& wishes) {
     std::vector<std::size_t> places;
@@ -93,7 +102,7 @@ private:
 
 UnmetWishes unmet_wishes(const Request& request, const TetMesh& mesh) {
   WishCheck check(mesh);
-  return {check.unmet(request.focus), check.unmet(request.values)};
+  return {check.unmet(request.focus), check.unmet(request.values), request.view && !check.is_met(*request.view)};
 }
 
 } // namespace ptet

@@ -785,6 +785,23 @@ static void test_requests(const ptet_dataset* dataset) {
   CHECK(!ptet_extraction_is_unmet(extraction, request, PTET_PART_FOCUS, 2));
   CHECK(ptet_extraction_is_unmet(extraction, request, PTET_PART_VALUES, 0));
   CHECK(!ptet_extraction_is_unmet(extraction, request, PTET_PART_VIEW, 0));
+  {
+    ptet_view view = {0};
+    view.struct_size = sizeof view;
+    view.eye[2] = 1e4;
+    view.direction[2] = 1;
+    view.up[1] = 1;
+    view.vertical_angle = 0.5;
+    view.width = 640;
+    view.height = 480;
+    view.max_pixels = 1;
+    SUCCEEDS(ptet_request_set_view(request, &view, &error));
+    CHECK(ptet_extraction_is_unmet(extraction, request, PTET_PART_VIEW, 0));
+    CHECK(!ptet_extraction_is_unmet(extraction, request, PTET_PART_VIEW, 1));
+    view.direction[2] = -1;
+    SUCCEEDS(ptet_request_set_view(request, &view, &error));
+    CHECK(!ptet_extraction_is_unmet(extraction, request, PTET_PART_VIEW, 0));
+  }
   CHECK(!ptet_extraction_is_unmet(NULL, request, PTET_PART_FOCUS, 1));
   CHECK(!ptet_extraction_is_unmet(extraction, NULL, PTET_PART_FOCUS, 1));
   SUCCEEDS(ptet_request_clear(request, &error));

@@ -289,6 +289,9 @@ class Reports(Case):
         text = self.ptet("extract", "grid.ptet", "--focus", outside).stdout
         self.assertIn("  note      no tet of the mesh meets the focus: ", text)
         self.assertNotIn("  note", self.ptet("extract", "grid.ptet", "--focus", inside).stdout)
+        notes = self.json("extract", "grid.ptet", "--view", "eye=-9,0,0:at=-10,0,0")["notes"]
+        self.assertEqual(notes, ["nothing of the mesh is in the view: the mesh is in the box (0, 0, 0) to (1, 1, 1)"])
+        self.assertEqual(self.json("extract", "grid.ptet", "--view", "eye=-9,0,0:at=0,0,0")["notes"], [])
         # smooth is from -1 to 3
         for values in (["--isovalue", "smooth=3.5"], ["--values", "smooth=..-1.5"]):
             notes = self.json("extract", "grid.ptet", *values)["notes"]

@@ -111,9 +111,12 @@ class Extract(unittest.TestCase):
             self.data.extract(focus=[near, far])
         with self.assertWarnsRegex(ptet.UnmetWarning, "nothing of the mesh has the values asked for: t = 1000000"):
             self.data.extract(error="4%", values=ptet.Values("t", 1e6))
+        with self.assertWarnsRegex(ptet.UnmetWarning, r"nothing of the mesh is in the view: the mesh is in the box \(0\.0, "):
+            self.data.extract(view=ptet.View(eye=(9, 9, 9), direction=(1, 1, 1)))
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             self.data.extract(focus=near, error="4%", values=ptet.Values("t", 1.25))
+            self.data.extract(view=ptet.View(eye=(9, 9, 9), direction=(-1, -1, -1)))
             # What the coarsest mesh has not, a finer one may have.
             self.data.extract(values=ptet.Values("t", 1e6), budget=ptet.Budget(tets=0))
             self.data.extract(values=ptet.Values("t", 1e6), budget=ptet.Budget(milliseconds=0))

@@ -8,6 +8,7 @@
 #include "support/naive_simplifier.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -310,6 +311,45 @@ TEST_CASE("dataset: wishes that meet nothing are known by their places") {
   CHECK(unmet.values == std::vector<std::size_t>{0, 2});
   CHECK(unmet_wishes({}, mesh()).focus.empty());
   CHECK(unmet_wishes({}, mesh()).values.empty());
+  CHECK_FALSE(unmet.view);
+  const Point eye{0, 0, 1e4}, at_it{0, 0, -1}, away{0, 0, 1};
+  request.view = View{eye, at_it};
+  CHECK_FALSE(unmet_wishes(request, mesh()).view);
+  request.view = View{eye, away};
+  CHECK(unmet_wishes(request, mesh()).view);
+}
+
+TEST_CASE("dataset: vectors too long for a number are among the values of interest") {
+  TetMesh vast = mesh();
+  PointArray big{"big", ScalarType::kFloat64, 3, {}};
+  for (std::size_t v = 0; v < vast.vertex_count(); ++v)
+    for (int c = 0; c < 3; ++c) {
+      const double x = 1.5e308 + 1e305 * static_cast<double>(v % 7);
+      const auto* const bytes = reinterpret_cast<const std::byte*>(&x);
+      big.bytes.insert(big.bytes.end(), bytes, bytes + sizeof x);
+    }
+  vast.point_arrays = {big};
+  BuildOptions options;
+  options.target_vertices = 0.3;
+  options.threads = 1;
+  const auto opened = Dataset::open_memory(build_memory(vast, options));
+  Request request;
+  request.values = {{"big", 1e308, INFINITY}};
+  CHECK(opened->extract(request).mesh.tets.size() == vast.tets.size());
+}
+
+TEST_CASE("dataset: a half-space is the same however long its normal is") {
+  const auto tets_of = [](double length) {
+    Request request;
+    request.max_tets = 0;
+    request.focus = {{HalfSpace{{length, length, 0}, 3 * length}}};
+    return dataset()->extract(request).mesh.tets;
+  };
+  const auto tets = tets_of(1);
+  CHECK(tets.size() > dataset()->info().base_tets);
+  CHECK(tets.size() < dataset()->info().tets);
+  for (const double length : {0x1p-1060, 1e-300, 0x1p-3, 0x1p9, 1.5e307})
+    CHECK(tets_of(length) == tets);
 }
 
 TEST_CASE("dataset: a focus box may reach as far as numbers go") {

@@ -35,10 +35,11 @@ std::vector<std::string> notes_on_wishes(const ExtractOutcome& outcome) {
   const Request& request = outcome.request;
   const UnmetWishes unmet = unmet_wishes(request, mesh);
   std::vector<std::string> notes;
+  const std::string in_box = ": the mesh is in the box " + placed(outcome.info.box_min, outcome.info.diagonal) +
+                             " to " + placed(outcome.info.box_max, outcome.info.diagonal);
   for (const std::size_t i : unmet.focus)
-    notes.push_back("no tet of the mesh meets " + nth("focus", i, request.focus.size()) + ": the mesh is in the box " +
-                    placed(outcome.info.box_min, outcome.info.diagonal) + " to " +
-                    placed(outcome.info.box_max, outcome.info.diagonal));
+    notes.push_back("no tet of the mesh meets " + nth("focus", i, request.focus.size()) + in_box);
+  if (unmet.view) notes.push_back("nothing of the mesh is in the view" + in_box);
   for (const std::size_t i : unmet.values) {
     const ValuesOfInterest& wanted = request.values[i];
     const PointArray* const array = mesh.find(wanted.field);

@@ -1,6 +1,7 @@
 // ptet verify: that a .ptet file is what its specification says, that its errors are true, and with the original that
 // nothing of it was lost. Everything that is wrong is said, not only what comes first.
 #include "arguments.hpp"
+#include "build/threads.hpp"
 #include "commands.hpp"
 #include "compare.hpp"
 #include "console.hpp"
@@ -255,8 +256,10 @@ void run(const Arguments& arguments) {
   }
   ProgressLine progress;
   Outcome outcome;
-  const file::Verified verified = check_file(arguments, samples, progress.callback(), outcome);
-  if (arguments.original) check_original(arguments, verified, progress, outcome);
+  build::Threads(0).run([&] {
+    const file::Verified verified = check_file(arguments, samples, progress.callback(), outcome);
+    if (arguments.original) check_original(arguments, verified, progress, outcome);
+  });
   stop_if_interrupted();
   progress.erase();
   arguments.json ? report_json(arguments, outcome) : report_text(arguments, outcome);

@@ -135,11 +135,12 @@ struct Extraction {
   double seconds = 0;              ///< wall time of the call
 };
 
-/// Regions and values that a request asks for and that the mesh has not: a focus beside it, values that no point of it
-/// has. As a rule a slip of the user's, who wants to be told.
+/// Regions, values and views that a request asks for and that the mesh has not: a focus beside it, values that no point
+/// of it has, a camera that looks past it. As a rule a slip of the user's, who wants to be told.
 struct UnmetWishes {
   std::vector<std::size_t> focus;  ///< indices into Request::focus of the regions that no tet of the mesh meets
   std::vector<std::size_t> values; ///< indices into Request::values of the intervals that no point has a value in
+  bool view = false;               ///< whether Request::view is there and no tet of the mesh is in its picture
 };
 /// `mesh`: that of the Extraction that answered the request, which should be complete, and not be limited by time or a
 /// budget: what is missing of another may have what was asked for. Thread rule: const. Cost: a look at every tet at

@@ -180,13 +180,16 @@ class Dataset:
         return extraction
 
     def _warn_of_unmet(self, request: _core.Request, core: _core.Extraction, wanted: list[Values]) -> None:
-        focus, values = _core.unmet_wishes(request, core)
+        focus, values, view = _core.unmet_wishes(request, core)
         if focus:
             warnings.warn(f"no tet of the mesh meets focus {_places(focus)}: the mesh is in the box "
                           f"{self.info.box_min} to {self.info.box_max}", UnmetWarning, stacklevel=3)
         if values:
             texts = ", ".join(_interval(wanted[i]) for i in values)
             warnings.warn(f"nothing of the mesh has the values asked for: {texts}", UnmetWarning, stacklevel=3)
+        if view:
+            warnings.warn(f"nothing of the mesh is in the view: the mesh is in the box {self.info.box_min} to "
+                          f"{self.info.box_max}", UnmetWarning, stacklevel=3)
 
     def session(self) -> Session:
         """A mesh that follows its requests, beginning with the coarsest. See Session."""

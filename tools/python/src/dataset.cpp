@@ -228,7 +228,7 @@ void bind_dataset(py::module_& module) {
   module.def("unmet_wishes", [](const Request& request, const Extraction& extraction) {
     const UnmetWishes unmet =
         without_gil(py::none(), [&](const ProgressCallback&) { return unmet_wishes(request, extraction.mesh); });
-    return std::pair(unmet.focus, unmet.values);
+    return std::tuple(unmet.focus, unmet.values, unmet.view);
   });
   module.def("open_path", [](const std::string& path, const OpenOptions& options) {
     auto pending = std::make_shared<PendingError>();
