@@ -47,7 +47,7 @@ Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& p
   build::check_options(options);
   file::check_storable(mesh);
   const build::MemoryWatch memory(mesh, options);
-  (void)memory.check(build::count(mesh, options)); // at least so much, whatever its boundary
+  (void)memory.check(build::count(mesh, options)); // its boundary takes some more
   std::optional<std::uint64_t> welded;
   if (options.weld) {
     if (progress && !progress({"welding points", 0, 1})) throw Error(ErrorCode::kCancelled, "the build was cancelled");

@@ -188,8 +188,8 @@ std::uint64_t MemoryWatch::check(const BuildCounts& counts) const {
   };
   const std::uint64_t need = need_of(counts, options_);
   if (limit == 0 || need <= limit) return need;
-  const std::string extent = counts.boundary_faces == 0 ? "at least " : "up to ";
-  std::string message = "the build of " + std::to_string(counts.tets) + " tets would take " + extent +
+  const std::string extent = counts.boundary_faces == 0 ? "" : "up to ";
+  std::string message = "the build of " + std::to_string(counts.tets) + " tets is foreseen to take " + extent +
                         bytes_text(need) + " of memory, and the limit is " + limit_text(limit);
   constexpr double kWorthSaying = 0.97;
   std::vector<std::string> ways;

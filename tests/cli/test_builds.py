@@ -188,7 +188,7 @@ class Memory(Case):
         # The head of the file is enough; then the counts of the mesh, before anything is made of it.
         self.refused(5, "build", "grid.vtu", "--memory-limit", "1M", says=["reading 24,576 cells", "the limit is 1,000,000"])
         self.refused(5, "build", "grid.vtu", "--memory-limit", "40M", "--threads", "2",
-                     says=["24576 tets", "would take at least", "the limit is 40 MB"])
+                     says=["24576 tets", "is foreseen to take", "the limit is 40 MB"])
         self.assertEqual(self.files(), ["grid.vtu"])
 
     def test_a_limit_is_for_every_format(self):

@@ -417,7 +417,7 @@ void add_build(CLI::App& program) {
   command->add_flag("--force", arguments->force,
                     "replace OUT even when neither its name nor its contents\nare those of a .ptet file");
   command->add_flag("--json", arguments->json, "the report as one JSON object");
-  command->add_flag("-q,--quiet", arguments->quiet, "no report and no progress");
+  command->add_flag("-q,--quiet", arguments->quiet, "no report but that of --json, and no progress");
   command->footer(kExamples);
   command->callback([arguments] { run(*arguments); });
 }

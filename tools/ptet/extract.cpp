@@ -286,7 +286,7 @@ the exit code is that of the error.
 With nothing asked the mesh is the original. X% of a field error is of the field's range, X% of a domain
 error of the bounding-box diagonal; a plain X is in the units of the field or of the mesh. Bounds and budgets may be
 combined: refining stops at the first that is reached, and the report says which. What a focus wants is
-there in any case, and a budget that is less than that is passed.
+there whatever the budget of size, which it may pass, but only as far as --milliseconds allow.
 
 Regions: box:x0,y0,z0,x1,y1,z1 - sphere:x,y,z,r - half:nx,ny,nz,d, the points with n.x <= d - and
 obox:x,y,z,ax,ay,az,bx,by,bz,h, a box in any position: its centre, two perpendicular half axes a and b, and half its

@@ -29,8 +29,9 @@ constexpr const char* kFooter = R"(Examples:
 
 Exit codes: 0 done; 2 usage; 3 bad input (mesh or field); 4 corrupt file, or verify found something wrong; 5 a limit,
 such as memory; 6 reading or writing failed; 130 interrupted, with nothing left behind but the checkpoint that a build
-was to keep (a second Ctrl-C kills at once); 1 an error inside ptet itself. Errors are one line on standard error; then
-standard output holds no report, except for what verify found.
+was to keep (a second Ctrl-C kills at once; dump, and info of a .ptet file, end by the first one's signal); 1 an error
+inside ptet itself. Errors are one line on standard error; then standard output holds no report, except for what verify
+found and of what extract --salvage has left.
 )";
 
 /// A file that is opened must never take the number of a standard stream that is closed.
