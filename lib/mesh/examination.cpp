@@ -256,7 +256,8 @@ private:
 
   void link_faces() {
     out_.faces = build_face_table(out_.tets, out_.points.size());
-    if (out_.faces.duplicates.empty()) return;
+    has_duplicates_ = !out_.faces.duplicates.empty();
+    if (!has_duplicates_) return;
     Tally duplicates;
     std::size_t kept = 0, next = 0;
     for (std::size_t t = 0; t < out_.tets.size(); ++t) {
@@ -341,7 +342,7 @@ private:
   /// Where tets lie in tets of other parts: looked for along the boundary, where there is one that tells inside.
   void check_overlaps() {
     out_.overlaps_itself = !out_.folded.empty();
-    if (!out_.folded.empty() || !out_.faces.crowded.empty() || !out_.faces.duplicates.empty()) return;
+    if (!out_.folded.empty() || !out_.faces.crowded.empty() || has_duplicates_) return;
     out_.overlaps_examined = true;
     Overlaps found = find_overlaps(out_.points, out_.tets, out_.boundary, rounding(), [this] { look(); });
     const char* const then = "parts of the mesh overlap, and errors there are those of each part by itself";
@@ -453,6 +454,7 @@ private:
   std::uint64_t stages_ = 0; ///< begun so far
   Examination out_;
   std::vector<char> unsound_point_, referenced_, is_flat_;
+  bool has_duplicates_ = false;        ///< there were tets twice; they are taken out
   std::vector<std::uint32_t> tet_ids_; ///< of each sound tet
 };
 

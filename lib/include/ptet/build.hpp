@@ -190,8 +190,8 @@ struct BuildReport {
   /// That could not be written, and why the last of them could not; the build went on.
   std::uint32_t checkpoints_failed = 0;
   std::string checkpoint_failure;
-  std::uint32_t pieces = 1;           ///< that the mesh was cut in
-  std::uint64_t piece_records = 0;    ///< collapses decided in pieces
+  std::uint32_t pieces = 1;        ///< that the mesh was cut in
+  std::uint64_t piece_records = 0; ///< collapses decided in pieces
   /// Decided in a piece, but not possible in the whole mesh, or after one that was not: left to the second pass.
   std::uint64_t piece_records_dropped = 0;
   double piece_seconds = 0;  ///< wall time of collapsing the pieces, where that was done by this call

@@ -213,7 +213,8 @@ ptet_status ptet_request_add_field_error(ptet_request* request, const char* fiel
 /* No point of the boundary or the original's may be further from the other than this. */
 ptet_status ptet_request_set_domain_error(ptet_request* request, double value, int32_t relative, ptet_error** error);
 /* Budgets of size. What is asked is refined in an order that the file has, which keeps small what it was built for, up
- * to the first collapse that would pass a budget. The coarsest mesh and what focus regions need are there in any case. */
+ * to the first collapse that would pass a budget. The coarsest mesh and what focus regions need are there in any case.
+ */
 ptet_status ptet_request_set_max_tets(ptet_request* request, uint64_t tets, ptet_error** error);
 ptet_status ptet_request_set_max_vertices(ptet_request* request, uint64_t vertices, ptet_error** error);
 /* About how long a call may take, wall time. ptet_session_update leaves to the next update what it has not done: it

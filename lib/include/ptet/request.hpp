@@ -96,11 +96,11 @@ struct Request {
   /// The largest distance allowed between the boundary of the mesh and that of the original, either way.
   std::optional<Bound> domain_error;
 
-  /// Budgets of size. What is asked is refined in an order that the file has, up to the first collapse that would pass a
-  /// budget. The order keeps small what the file was built for, greatest errors, mean squares or both together, at all
-  /// sizes: a bound on the greatest error alone may come out smaller for as many tets, with a larger RMS. Of files whose
-  /// errors are not measured everywhere it is the builder's own. The base mesh and what the focus regions need inside
-  /// are there in any case, even where they pass a budget.
+  /// Budgets of size. What is asked is refined in an order that the file has, up to the first collapse that would pass
+  /// a budget. The order keeps small what the file was built for, greatest errors, mean squares or both together, at
+  /// all sizes: a bound on the greatest error alone may come out smaller for as many tets, with a larger RMS. Of files
+  /// whose errors are not measured everywhere it is the builder's own. The base mesh and what the focus regions need
+  /// inside are there in any case, even where they pass a budget.
   std::optional<std::uint64_t> max_tets;
   std::optional<std::uint64_t> max_vertices;
   /// Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each).

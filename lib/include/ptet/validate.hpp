@@ -53,7 +53,7 @@ struct MeshReport {
   std::uint64_t boundary_components = 0; ///< of boundary faces joined by edges
   std::int64_t euler_characteristic = 0; ///< of the complex: V - E + F - T, used vertices only
   std::int64_t boundary_euler_characteristic = 0;
-  double volume = 0; ///< sum of |volume| of the tets, mesh units cubed
+  double volume = 0; ///< sum of |volume| of the tets, those there twice once, mesh units cubed
   double boundary_area = 0;
   /// Whether parts that overlap were looked for: not where faces are folded or of more than two tets, or tets there
   /// twice, for then no boundary tells inside from outside.
