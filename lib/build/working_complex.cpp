@@ -14,8 +14,7 @@ namespace {
 void check_pool_size(std::size_t size) {
   if (size > std::numeric_limits<std::uint32_t>::max())
     throw Error(ErrorCode::kLimit,
-                "the stars of the vertices have more than 2^32 - 1 tets and faces together; build over "
-                "pieces");
+                "the stars of the vertices have more than 2^32 - 1 tets and faces together");
 }
 
 } // namespace

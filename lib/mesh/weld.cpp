@@ -12,6 +12,7 @@ namespace {
 
 bool is_whole(const TetMesh& mesh) {
   const std::size_t count = mesh.vertex_count();
+  if (count > kDummyVertex.index()) return false;
   const auto has_rows = [&](const PointArray& array) {
     return array.row_bytes() > 0 && array.bytes.size() == count * array.row_bytes();
   };

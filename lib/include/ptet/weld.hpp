@@ -14,7 +14,7 @@ namespace ptet {
 /// corners. Points of one place with different values stay apart, and so do those of which one tet has two.
 ///
 /// Returns how many points went. A mesh whose arrays have not one row for each vertex, or whose tets name vertices that
-/// there are not, is left as it is. Cost: a sort of the points.
+/// there are not, or with more vertices than ids, is left as it is. Cost: a sort of the points.
 std::uint64_t weld_points(TetMesh& mesh);
 
 /// A sentence for who should know: "3 points were welded with others of the same place and values".
