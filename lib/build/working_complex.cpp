@@ -13,8 +13,7 @@ namespace {
 /// Stars name places in the pool by 32 bits.
 void check_pool_size(std::size_t size) {
   if (size > std::numeric_limits<std::uint32_t>::max())
-    throw Error(ErrorCode::kLimit,
-                "the stars of the vertices have more than 2^32 - 1 tets and faces together");
+    throw Error(ErrorCode::kLimit, "the stars of the vertices have more than 2^32 - 1 tets and faces together");
 }
 
 } // namespace
