@@ -1,6 +1,7 @@
 #include "support/file_checks.hpp"
 
 #include "formats/ptet/writer.hpp"
+#include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 
 #include <algorithm>
@@ -149,10 +150,12 @@ void check_errors(const RecordStream& records, const std::vector<RecordId>& in_f
 /// Order codes by their definition, where rounding does not decide.
 void check_order(const RecordStream& records, const std::vector<RecordId>& in_file, std::size_t vertices,
                  const file::Content& content) {
+  const std::vector<std::size_t> place = places_in_budgets(records);
   std::size_t different = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     if (in_file[i].is_none()) continue;
-    const double octaves = std::log2(static_cast<double>(vertices) / static_cast<double>(vertices - i));
+    const std::size_t split = vertices - records.size() + place[i] + 1;
+    const double octaves = std::log2(static_cast<double>(vertices) / static_cast<double>(split));
     const int code = content.order[in_file[i].index()];
     different += code < 32 * octaves - 1e-9 || code >= 32 * octaves + 1 + 1e-9 ? 1 : 0;
   }
