@@ -277,7 +277,10 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
   OrderOfPoints order(*this, mesh, look);
   order.improve();
   std::vector<Tet> tets;
-  tets.reserve(mesh.tets.size() + 6 * cells_.size());
+  std::size_t most = mesh.tets.size();
+  for (const Cell& cell : cells_)
+    most += most_tets(cell.type);
+  tets.reserve(most);
   std::size_t done = 0;
   const auto take_others_until = [&](std::size_t end) {
     tets.insert(tets.end(), mesh.tets.begin() + static_cast<std::ptrdiff_t>(done),

@@ -241,8 +241,8 @@ Contents check_exodus(const Source& source, const Assembler& assembler) {
     if (ex_get_block_param(file, &block) < 0 || block.num_entry < 0)
       assembler.fail("is damaged: block " + std::to_string(id) + " cannot be read");
     cells += block.num_entry;
-    contents.announced.ids +=
-        static_cast<std::uint64_t>(block.num_entry * std::max<std::int64_t>(0, block.num_nodes_per_entry));
+    contents.announced.ids += static_cast<std::uint64_t>(block.num_entry) *
+                              static_cast<std::uint64_t>(std::max<std::int64_t>(0, block.num_nodes_per_entry));
     contents.blocks.push_back({id, block.topology, block.num_nodes_per_entry});
     if (block.num_entry > 0 && block.num_nodes_per_entry < least_nodes(block.topology))
       fail_at_nodes(contents.blocks.back(), assembler);

@@ -117,8 +117,13 @@ std::uint64_t AnnouncedMesh::bytes_to_read() const {
                          std::max(0.0, all_ids - 4 * (all_cells - to_split)) * static_cast<double>(sizeof(VertexId));
   const double grid = kIdBytes * all_ids + kGridCellBytes * all_cells;
   const double reading = 2 * point_bytes + grid + kTetBytes * (all_cells - to_split) + waiting;
-  const double splitting = point_bytes + waiting + kTetBytes * std::max(0.0, all_ids - 3 * all_cells);
-  return static_cast<std::uint64_t>(std::max(reading, splitting));
+  // Of more than eight points, as quadratic cells have, up to half as many again, and twice as many of 27.
+  constexpr double kPointsOfHexahedron = 8;
+  const double of_tets = std::max(0.0, all_ids - 3 * all_cells);
+  const double tets = all_ids > kPointsOfHexahedron * all_cells ? 1.5 * of_tets : of_tets;
+  const double splitting = point_bytes + waiting + kTetBytes * tets;
+  constexpr double kMost = 0x1p63; // whatever a damaged file announces
+  return static_cast<std::uint64_t>(std::min(std::max(reading, splitting), kMost));
 }
 
 void check_memory(const Source& source, const AnnouncedMesh& announced) {

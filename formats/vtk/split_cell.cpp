@@ -183,6 +183,23 @@ std::size_t splittable_size(int vtk_cell_type) {
   }
 }
 
+std::size_t most_tets(int vtk_cell_type) {
+  switch (vtk_cell_type) {
+  case VTK_TETRA: return 1;
+  case VTK_PYRAMID: return 2;
+  case VTK_WEDGE: return 3;
+  case VTK_VOXEL:
+  case VTK_HEXAHEDRON: return 6;
+  case VTK_QUADRATIC_TETRA: return 8;
+  case VTK_QUADRATIC_PYRAMID: return 13;
+  case VTK_QUADRATIC_WEDGE: return 15;
+  case VTK_QUADRATIC_HEXAHEDRON: return 22;
+  case VTK_BIQUADRATIC_QUADRATIC_WEDGE: return 24;
+  case VTK_TRIQUADRATIC_HEXAHEDRON: return 48;
+  default: return 0;
+  }
+}
+
 bool has_diagonals(int vtk_cell_type) {
   return vtk_cell_type != VTK_TETRA && vtk_cell_type != VTK_QUADRATIC_TETRA;
 }

@@ -32,6 +32,9 @@ using Ranks = std::array<std::uint8_t, kMaxCellPoints>;
 /// Points of a cell of this VTK type if it is a tetrahedron or a kind that split_cell() takes; 0: it is neither.
 [[nodiscard]] std::size_t splittable_size(int vtk_cell_type);
 
+/// The most tets that such a cell gives.
+[[nodiscard]] std::size_t most_tets(int vtk_cell_type);
+
 /// Whether such a cell has quadrilaterals to be cut, so that an order of its points has a say in how it is split.
 [[nodiscard]] bool has_diagonals(int vtk_cell_type);
 

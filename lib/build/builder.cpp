@@ -127,17 +127,23 @@ private:
   bool go_on(const Progress& progress) {
     const bool goes_on = !stopping_ && (!progress_ || progress_(progress));
     const bool has_memory = !near_memory_limit(options_);
-    if (checkpoints_.enabled() && !(goes_on && has_memory))
+    if (!goes_on && checkpoints_.enabled())
       save();
-    else if (checkpoints_.due())
+    else if (checkpoints_.due() || (checkpoints_.enabled() && !has_memory))
       save_in_passing();
     if (goes_on && !has_memory)
       throw Error(ErrorCode::kLimit, "the process has come near the memory limit of " +
                                          limit_text(options_.memory_limit) + " while " + std::string(progress.stage) +
                                          ", " + std::to_string(progress.done) + " of " +
-                                         std::to_string(progress.total) +
-                                         (checkpoints_.enabled() ? "; what was done is in the checkpoint" : ""));
+                                         std::to_string(progress.total) + where_it_is());
     return goes_on;
+  }
+
+  /// What was done, for who is told that the build ends.
+  [[nodiscard]] std::string where_it_is() const {
+    if (!checkpoints_.enabled()) return {};
+    return report_.checkpoint_failure.empty() ? "; what was done is in the checkpoint"
+                                              : "; a checkpoint could not be written: " + report_.checkpoint_failure;
   }
 
   // ---- checkpoints, between rounds and between batches of certified records ----

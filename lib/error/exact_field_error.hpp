@@ -9,10 +9,10 @@
 //
 // A version so flat that even twice a double's digits do not tell its volume from none, though exact predicates do, is
 // not measured; its error is bounded: by the greatest difference of a value at its corners and one at a corner of an
-// original tet whose box meets its own. To integrals it adds the square of that everywhere in it, and it counts as all
-// outside of the domain, with as much volume as it may have. In those that take twice the digits
-// the corners of the original tets, too, are taken in the order of their places, for rounding makes parts where they
-// touch that depend on the order.
+// original tet whose box meets its own. To integrals it adds the square of that everywhere in it, with as much volume
+// as it may have; to the volume outside of the domain, nothing. In those that take twice the digits the corners of the
+// original tets, too, are taken in the order of their places, for rounding makes parts where they touch that depend on
+// the order.
 //
 // The original tets are found by walking from a corner of t, out of those that have a part in t, across faces that t
 // may meet; t is convex, so its parts hang together by faces as long as the domain does. Where the walk comes upon the

@@ -192,12 +192,10 @@ void MeasuredParts::take_in_values(std::uint32_t v, std::uint32_t w) {
 }
 
 void MeasuredParts::take_values_everywhere() {
-  const double volume = view_.most_volume();
-  if (!std::isfinite(volume)) return fail();
   if (squared_.empty()) return;
+  const double volume = view_.most_volume();
   for (std::size_t field = 0; field < errors_.size(); ++field)
-    squared_[field] += seen_sq_[field] * volume;
-  squared_.back() += volume;
+    if (seen_sq_[field] > 0) squared_[field] += seen_sq_[field] * volume;
 }
 
 void MeasuredParts::take_rest() {

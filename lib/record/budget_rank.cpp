@@ -11,9 +11,9 @@ namespace {
 /// What a place counts: by collapse, by one kind of error beside another, by one alone.
 constexpr std::uint64_t kStep = 10, kStepOfTwo = 11, kStepAlone = 5;
 
-/// 0 where there is no error, however much it weighs.
+/// 0 where there is no error, however much it weighs, or no weight, however large it is.
 double weighed(double weight, double error) {
-  return error == 0 ? 0 : weight * error;
+  return error == 0 || weight == 0 ? 0 : weight * error;
 }
 
 /// Places by `key` of the record or of any that depends on it, largest first; of two alike the later collapse first.
