@@ -4,6 +4,7 @@
 #include "formats/surface/formats.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/disjoint_sets.hpp"
+#include "mesh/topology.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -37,10 +38,9 @@ void check(const std::string& path, const TetMesh& mesh, Faces faces, bool in_fl
   const auto fail = [&](std::size_t face, const char* what) {
     throw Error(ErrorCode::kBadInput, "cannot write " + path + ": face " + std::to_string(face) + what);
   };
-  constexpr std::size_t kMostFaces = std::numeric_limits<int>::max() / 3; // OpenMesh numbers half-edges by int
-  if (faces.size() > kMostFaces)
+  if (faces.size() > kMostSurfaceFaces)
     throw Error(ErrorCode::kLimit,
-                "cannot write " + path + ": the surface has more than " + std::to_string(kMostFaces) + " faces");
+                "cannot write " + path + ": the surface has more than " + std::to_string(kMostSurfaceFaces) + " faces");
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto& [a, b, c] = faces[f];
     if (std::max({a, b, c}).index() >= mesh.vertex_count()) fail(f, " names a vertex that is not there");

@@ -239,7 +239,7 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::
       continue;
     }
     const int type = types[i];
-    const std::size_t size = splittable_size(type);
+    const std::size_t size = cell_size(type).points;
     if (size == 0) {
       Kind& kind = (kDimensions[types[i]] < 3 ? flat_cells_ : refused_cells_)[type];
       if (kind.count++ == 0) kind.first_cell = cell;

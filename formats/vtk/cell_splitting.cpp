@@ -26,7 +26,7 @@ constexpr std::size_t kBetweenLooks = 4096;
 } // namespace
 
 std::span<const VertexId> CellSplitting::points_of(const Cell& cell) const {
-  return std::span(points_).subspan(cell.points_begin, splittable_size(cell.type));
+  return std::span(points_).subspan(cell.points_begin, cell_size(cell.type).points);
 }
 
 void CellSplitting::add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id,
@@ -279,7 +279,7 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
   std::vector<Tet> tets;
   std::size_t most = mesh.tets.size();
   for (const Cell& cell : cells_)
-    most += most_tets(cell.type);
+    most += cell_size(cell.type).most_tets;
   tets.reserve(most);
   std::size_t done = 0;
   const auto take_others_until = [&](std::size_t end) {

@@ -29,9 +29,16 @@ struct AnnouncedMesh {
   std::uint64_t ids = 0;  ///< of points, in all cells together; 4 a cell where that is not known
   double point_bytes = 0; ///< of the positions and point arrays of all points
 
+  AnnouncedMesh& operator+=(const AnnouncedMesh& other) {
+    points += other.points;
+    cells += other.cells;
+    ids += other.ids;
+    point_bytes += other.point_bytes;
+    return *this;
+  }
   /// The most that read_mesh() has at a time: VTK's grid (64-bit ids) beside the mesh that is made of it, or beside
   /// cells that are yet to be split, or these beside their tets. Cells of more than four points are taken for
-  /// hexahedra.
+  /// hexahedra, or for quadratic cells where they have more than eight.
   [[nodiscard]] std::uint64_t bytes_to_read() const;
 };
 

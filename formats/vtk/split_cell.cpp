@@ -166,37 +166,20 @@ void split_quadratic_tet(std::span<const VertexId> p, const TetMesh& mesh, std::
 
 } // namespace
 
-std::size_t splittable_size(int vtk_cell_type) {
+CellSize cell_size(int vtk_cell_type) {
   switch (vtk_cell_type) {
-  case VTK_TETRA: return 4;
-  case VTK_PYRAMID: return 5;
-  case VTK_WEDGE: return 6;
+  case VTK_TETRA: return {4, 1};
+  case VTK_PYRAMID: return {5, 2};
+  case VTK_WEDGE: return {6, 3};
   case VTK_VOXEL:
-  case VTK_HEXAHEDRON: return 8;
-  case VTK_QUADRATIC_TETRA: return 10;
-  case VTK_QUADRATIC_PYRAMID: return 13;
-  case VTK_QUADRATIC_WEDGE: return 15;
-  case VTK_BIQUADRATIC_QUADRATIC_WEDGE: return 18;
-  case VTK_QUADRATIC_HEXAHEDRON: return 20;
-  case VTK_TRIQUADRATIC_HEXAHEDRON: return 27;
-  default: return 0;
-  }
-}
-
-std::size_t most_tets(int vtk_cell_type) {
-  switch (vtk_cell_type) {
-  case VTK_TETRA: return 1;
-  case VTK_PYRAMID: return 2;
-  case VTK_WEDGE: return 3;
-  case VTK_VOXEL:
-  case VTK_HEXAHEDRON: return 6;
-  case VTK_QUADRATIC_TETRA: return 8;
-  case VTK_QUADRATIC_PYRAMID: return 13;
-  case VTK_QUADRATIC_WEDGE: return 15;
-  case VTK_QUADRATIC_HEXAHEDRON: return 22;
-  case VTK_BIQUADRATIC_QUADRATIC_WEDGE: return 24;
-  case VTK_TRIQUADRATIC_HEXAHEDRON: return 48;
-  default: return 0;
+  case VTK_HEXAHEDRON: return {8, 6};
+  case VTK_QUADRATIC_TETRA: return {10, 8};
+  case VTK_QUADRATIC_PYRAMID: return {13, 13};
+  case VTK_QUADRATIC_WEDGE: return {15, 15};
+  case VTK_BIQUADRATIC_QUADRATIC_WEDGE: return {18, 24};
+  case VTK_QUADRATIC_HEXAHEDRON: return {20, 22};
+  case VTK_TRIQUADRATIC_HEXAHEDRON: return {27, 48};
+  default: return {0, 0};
   }
 }
 

@@ -29,18 +29,19 @@ namespace ptet::vtkio {
 constexpr std::size_t kMaxCellPoints = 27;
 using Ranks = std::array<std::uint8_t, kMaxCellPoints>;
 
-/// Points of a cell of this VTK type if it is a tetrahedron or a kind that split_cell() takes; 0: it is neither.
-[[nodiscard]] std::size_t splittable_size(int vtk_cell_type);
-
-/// The most tets that such a cell gives.
-[[nodiscard]] std::size_t most_tets(int vtk_cell_type);
+struct CellSize {
+  std::size_t points;
+  std::size_t most_tets; ///< that it gives
+};
+/// Of a cell of this VTK type if it is a tetrahedron or a kind that split_cell() takes; zeros: it is neither.
+[[nodiscard]] CellSize cell_size(int vtk_cell_type);
 
 /// Whether such a cell has quadrilaterals to be cut, so that an order of its points has a say in how it is split.
 [[nodiscard]] bool has_diagonals(int vtk_cell_type);
 
 /// Appends the tets of one cell that is no tetrahedron. A tet with a repeated point, which a degenerate cell gives, is
 /// left out. Tets are positively oriented where the cell is.
-/// `points`: splittable_size() ids of rows of `positions`, in VTK's order. `ranks`: of the points of a cell that
+/// `points`: cell_size().points ids of rows of `positions`, in VTK's order. `ranks`: of the points of a cell that
 /// has_diagonals(), by an order that is the same for all cells; those of equal ids, and no others, are equal.
 void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,
                 std::vector<Tet>& tets);

@@ -258,10 +258,8 @@ protected:
       return 0;
     }
     if (!check_ghosts(cell_data)) return 0;
-    announced.points += static_cast<std::uint64_t>(NumberOfPoints[Piece]);
-    announced.cells += static_cast<std::uint64_t>(NumberOfCells[Piece]);
-    announced.ids += ids_of_cells();
-    announced.point_bytes += point_count * (point_row_bytes(points) + point_row_bytes(point_data));
+    announced += {static_cast<std::uint64_t>(NumberOfPoints[Piece]), static_cast<std::uint64_t>(NumberOfCells[Piece]),
+                  ids_of_cells(), point_count * (point_row_bytes(points) + point_row_bytes(point_data))};
     return 1;
   }
 
@@ -555,11 +553,16 @@ vtkSmartPointer<CheckedReader> opened(const Source& source) {
   return reader;
 }
 
+/// The parser reads the file, and keeps what it returns; null where it cannot.
+vtkXMLDataElement* root_of(vtkXMLDataParser& parser, const std::string& path) {
+  parser.SetFileName(path.c_str());
+  return parser.Parse() != 0 ? parser.GetRootElement() : nullptr;
+}
+
 /// Whether a file of a PVTU is that of a process that had nothing: VTK writes it without points, and refuses it.
 bool is_empty(const std::string& path) {
   vtkNew<vtkXMLDataParser> parser;
-  parser->SetFileName(path.c_str());
-  vtkXMLDataElement* const root = parser->Parse() ? parser->GetRootElement() : nullptr;
+  vtkXMLDataElement* const root = root_of(*parser, path);
   vtkXMLDataElement* const grid = root ? root->FindNestedElementWithName("UnstructuredGrid") : nullptr;
   if (!grid || count_of(*root, "UnstructuredGrid") > 1) return false; // the reader refuses the latter
   for (int i = 0; i < grid->GetNumberOfNestedElements(); ++i) {
@@ -587,10 +590,8 @@ std::vector<std::string> named_pieces(vtkXMLDataElement& grid, const std::string
 template <class Visit>
 int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) {
   vtkNew<vtkXMLDataParser> parser;
-  parser->SetFileName(source.path.c_str());
-  const int parsed = parser->Parse();
+  vtkXMLDataElement* const root = root_of(*parser, source.path);
   source.messages.throw_on_error(source.path);
-  vtkXMLDataElement* root = parsed ? parser->GetRootElement() : nullptr;
   vtkXMLDataElement* grid = root ? root->FindNestedElementWithName("PUnstructuredGrid") : nullptr;
   if (!grid) assembler.fail("has no PUnstructuredGrid element");
   if (count_of(*root, "PUnstructuredGrid") > 1) assembler.fail("holds more than one PUnstructuredGrid element");
@@ -614,8 +615,7 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
 
 std::vector<std::string> pieces_of_pvtu(const std::string& path) {
   vtkNew<vtkXMLDataParser> parser;
-  parser->SetFileName(path.c_str());
-  vtkXMLDataElement* const root = parser->Parse() != 0 ? parser->GetRootElement() : nullptr;
+  vtkXMLDataElement* const root = root_of(*parser, path);
   vtkXMLDataElement* const grid = root ? root->FindNestedElementWithName("PUnstructuredGrid") : nullptr;
   return grid ? named_pieces(*grid, path) : std::vector<std::string>{};
 }
@@ -642,13 +642,7 @@ void read_vtu(const Source& source, Assembler& assembler) {
 void read_pvtu(const Source& source, Assembler& assembler) {
   if (source.memory_limit != 0) {
     AnnouncedMesh all;
-    each_piece(source, assembler, [&](const Source& piece) {
-      const AnnouncedMesh its = opened(piece)->announced;
-      all.points += its.points;
-      all.cells += its.cells;
-      all.ids += its.ids;
-      all.point_bytes += its.point_bytes;
-    });
+    each_piece(source, assembler, [&](const Source& piece) { all += opened(piece)->announced; });
     check_memory(source, all);
   }
   const int pieces = each_piece(source, assembler, [&](const Source& piece) {

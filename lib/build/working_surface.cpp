@@ -5,6 +5,7 @@
 #include "mesh/disjoint_sets.hpp"
 #include "mesh/face_plane.hpp"
 #include "mesh/predicates.hpp"
+#include "mesh/topology.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
@@ -31,8 +32,6 @@ namespace {
 
 /// Distances below this fraction of the diagonal are rounding.
 constexpr double kSurfaceRounding = 1e-13;
-/// OpenMesh numbers half-edges, three a face, by int.
-constexpr std::size_t kMostFaces = std::numeric_limits<int>::max() / 3;
 
 struct SurfaceTraits : OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
@@ -188,8 +187,8 @@ WorkingSurface::WorkingSurface(const WorkingComplex& complex, const std::vector<
       faces.push_back(face_of(complex.slot(s), complex.dummy()));
       slots.push_back(s);
     }
-  if (faces.size() > kMostFaces)
-    throw Error(ErrorCode::kLimit, "the boundary has more than " + std::to_string(kMostFaces) + " faces");
+  if (faces.size() > kMostSurfaceFaces)
+    throw Error(ErrorCode::kLimit, "the boundary has more than " + std::to_string(kMostSurfaceFaces) + " faces");
   if (domain_error == DomainError::kBound) m.pieces.emplace(m.relative, faces, diagonal);
   CornerClasses classes(faces);
   std::vector<VertexHandle> handle_of_class(3 * faces.size());

@@ -46,7 +46,6 @@ void BlockReading::read_in_time(BlockSet& set, BlockSet& missing, const BlocksBy
   const bool has_lost = try_to_read_in_time(set, missing, by_key, reach, tets_per_record);
   if (has_lost && !is_time_up_ && !hierarchy_.loader().is_in_background())
     static_cast<void>(try_to_read_in_time(set, missing, by_key, reach, tets_per_record));
-  if (has_loaded_ || is_time_up_) grace_ = std::max(grace_, kPartAfterReading * *request_.budgets.max_seconds - left_);
 }
 
 /// Returns whether there are blocks that could not be had.
@@ -93,7 +92,8 @@ bool BlockReading::try_to_read_in_time(BlockSet& set, BlockSet& missing, const B
     if (waits && part.blocks() == set)
       pace.note(part.work(), std::chrono::duration<double>(Clock::now() - begin).count());
   }
-  left_ = seconds_left(tets);
+  if (has_loaded_ || is_time_up_)
+    grace_ = std::max(grace_, kPartAfterReading * *request_.budgets.max_seconds - seconds_left(tets));
   return std::find(lost.begin(), lost.end(), 1) != lost.end();
 }
 

@@ -61,7 +61,6 @@ private:
   const Clock::time_point begin_;
   const Loader::Turn turn_;
   bool is_time_up_ = false;
-  double left_ = 0;         ///< seconds, when the last reading in time was over
   double grace_ = 0;        ///< seconds for what comes after reading, in spite of the time
   bool has_loaded_ = false; ///< or tried to, what was not there
 };

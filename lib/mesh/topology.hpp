@@ -14,6 +14,7 @@
 #include "ptet/mesh.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,8 @@ namespace ptet {
 using HalfFace = std::uint32_t;
 /// With more tets, edges of boundary faces might have no 32-bit number.
 inline constexpr std::size_t kMaxTets = std::size_t{1} << 28;
+/// OpenMesh, which boundary surfaces are made with, numbers half-edges, three a face, by int.
+inline constexpr std::size_t kMostSurfaceFaces = std::numeric_limits<int>::max() / 3;
 
 /// Corners of the outward face opposite each corner of a positively oriented tet.
 inline constexpr std::array<std::array<std::uint8_t, 3>, 4> kOutwardFace = {

@@ -352,11 +352,4 @@ std::vector<std::size_t> places_in_budgets(const RecordStream& stream) {
   return places_by(least_first);
 }
 
-std::vector<char> first_in_budgets(const RecordStream& stream, std::size_t count) {
-  std::vector<char> split;
-  for (const std::size_t place : places_in_budgets(stream))
-    split.push_back(place < count ? 1 : 0);
-  return split;
-}
-
 } // namespace ptet::test

@@ -28,8 +28,6 @@ struct CutMesh {
 [[nodiscard]] std::vector<char> after_collapses(const RecordStream& stream, std::size_t count);
 /// For each record how many come before it where budgets undo collapses, by PTET.md's words, pair by pair.
 [[nodiscard]] std::vector<std::size_t> places_in_budgets(const RecordStream& stream);
-/// For each record whether it is split when `count` of them are, as budgets go.
-[[nodiscard]] std::vector<char> first_in_budgets(const RecordStream& stream, std::size_t count);
 /// Adds to the split records all that must be split with them.
 void close_cut(const RecordStream& stream, std::vector<char>& is_split);
 
