@@ -23,7 +23,8 @@ class WholeFile {
 public:
   /// Creates the empty temporary file. Throws Error: kIo with the system's reason; kBadArgument for a name that the
   /// system would cut short.
-  explicit WholeFile(const std::string& path) : path_(behind_links(path)) {
+  explicit WholeFile(const std::string& path) : WholeFile() { // whole by then: whatever is thrown, the destructor runs
+    path_ = behind_links(path);
     struct stat status {};
     const bool replaces = ::stat(path_.c_str(), &status) == 0;
     if (!replaces && errno != ENOENT) fail(errno);
@@ -91,6 +92,8 @@ public:
   }
 
 private:
+  WholeFile() = default;
+
   static constexpr int kMostLinks = 40; ///< that the system follows
   static constexpr std::size_t kLongestName = 255;
 

@@ -3,7 +3,6 @@
 #include "ptet/error.hpp"
 
 #include <cmath>
-#include <mutex>
 
 #include <vtkAlgorithm.h>
 #include <vtkCommand.h>
@@ -46,10 +45,8 @@ public:
   std::vector<std::string> warnings;
 };
 
-Messages::Messages() {
-  window_mutex.lock();
-  window_ = vtkSmartPointer<Window>::New();
-  previous_ = vtkOutputWindow::GetInstance();
+Messages::Messages()
+    : only_(window_mutex), window_(vtkSmartPointer<Window>::New()), previous_(vtkOutputWindow::GetInstance()) {
   vtkOutputWindow::SetInstance(window_);
   // The logger is told of every error besides.
   previous_verbosity_ = vtkLogger::GetCurrentVerbosityCutoff();
@@ -59,7 +56,6 @@ Messages::Messages() {
 Messages::~Messages() {
   vtkLogger::SetStderrVerbosity(vtkLogger::ConvertToVerbosity(previous_verbosity_));
   vtkOutputWindow::SetInstance(previous_);
-  window_mutex.unlock();
 }
 
 const std::vector<std::string>& Messages::errors() const {

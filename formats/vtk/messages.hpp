@@ -3,6 +3,7 @@
 
 #include "ptet/progress.hpp"
 
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ public:
 
 private:
   class Window;
+  std::unique_lock<std::mutex> only_;
   vtkSmartPointer<Window> window_;
   vtkSmartPointer<vtkOutputWindow> previous_;
   int previous_verbosity_ = 0;

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -164,10 +165,15 @@ private:
       save();
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kIo) throw;
-      checkpoints_.put_off();
-      ++report_.checkpoints_failed;
-      report_.checkpoint_failure = error.what();
+      go_on_unsaved(error.what());
+    } catch (const std::bad_alloc&) {
+      go_on_unsaved("there is not enough memory to make one");
     }
+  }
+  void go_on_unsaved(const char* reason) {
+    checkpoints_.put_off();
+    ++report_.checkpoints_failed;
+    report_.checkpoint_failure = reason;
   }
 
   void resume() {

@@ -10,20 +10,31 @@ namespace {
 
 /// At most; see BuildOptions::min_quality.
 constexpr double kMinQuality = 1e-3;
-constexpr double kOfMedianQuality = 1.0 / 20;
-/// The median is that of so many tets, or some more, spread over the mesh.
-constexpr std::size_t kTetsForMedian = 20'000;
+/// Flat layers, as along walls in a flow, are a small part of many meshes: a floor by the tets in the middle would keep
+/// what is in them. On one of 92,000 tets, flat in a fifth of them, the mean square errors of coarse meshes are then 5
+/// times as large. What is flatter yet is most often by chance, and nothing to go by; nor are more, where they are so
+/// much flatter than those in the middle.
+constexpr std::size_t kFlattestPart = 20;
+constexpr double kOfMedian = 1e-3;
+constexpr double kOfFlatQuality = 1.0 / 20;
+/// The quality is that of so many tets, or some more, spread over the mesh.
+constexpr std::size_t kTetsForQuality = 20'000;
 
-double median_quality(const PreparedMesh& prepared) {
+/// That all tets have but the flattest twentieth.
+double flat_quality(const PreparedMesh& prepared) {
   const std::vector<Tet>& tets = prepared.mesh.tets;
   std::vector<double> qualities;
-  for (std::size_t t = 0; t < tets.size(); t += std::max<std::size_t>(1, tets.size() / kTetsForMedian)) {
+  for (std::size_t t = 0; t < tets.size(); t += std::max<std::size_t>(1, tets.size() / kTetsForQuality)) {
     const auto at = [&](std::size_t i) -> const Point& { return prepared.points[tets[t][i].index()]; };
     qualities.push_back(shape_quality(at(0), at(1), at(2), at(3)));
   }
-  const auto middle = qualities.begin() + static_cast<std::ptrdiff_t>(qualities.size() / 2);
-  std::nth_element(qualities.begin(), middle, qualities.end());
-  return std::max(0.0, *middle); // of flat tets rounding makes less
+  const auto all_above_part = [&](std::size_t part) {
+    const auto at = qualities.begin() + static_cast<std::ptrdiff_t>(qualities.size() / part);
+    std::nth_element(qualities.begin(), at, qualities.end());
+    return *at;
+  };
+  return std::max(
+      {0.0, all_above_part(kFlattestPart), kOfMedian * all_above_part(2)}); // of flat tets rounding makes less
 }
 
 std::string text_of(const Bound& bound) {
@@ -58,7 +69,7 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
 
 double min_quality_of(const BuildOptions& options, const PreparedMesh& prepared) {
   if (options.min_quality) return *options.min_quality;
-  return std::min(kMinQuality, kOfMedianQuality * median_quality(prepared));
+  return std::min(kMinQuality, kOfFlatQuality * flat_quality(prepared));
 }
 
 double round_fraction_of(const BuildOptions& options) {

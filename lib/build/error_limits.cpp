@@ -17,8 +17,9 @@ namespace {
 constexpr double kDomainPerField = 1;
 /// The same of a domain error that is measured: predictors see several times as much. What makes it large is most often
 /// that faces stand for what they are far from, and others are nearer to: with less weight such collapses come early,
-/// and what is stated of the boundary in coarse meshes is some times the truth; with more, fields pay for it.
-constexpr double kMeasuredDomainPerField = 1.0 / 16;
+/// and what is stated of the boundary in coarse meshes is some times the truth; with more, fields pay for it, most of
+/// all where they are smooth and the boundary is curved or thin.
+constexpr double kMeasuredDomainPerField = 1.0 / 10;
 
 /// The largest error that a file states as no more than `limit`, both in units of the scale: it rounds errors up.
 double statable(double limit) {

@@ -169,21 +169,45 @@ TEST_CASE("the target is met exactly, as a number and as a part", "[build]") {
   CHECK(left_with_target(1e300) == 343);
 }
 
+/// Cells of six tets, 16 wide; layer k of them has its lower side at `height(k)`.
+TetMesh layers(int width, int count, const std::function<double(int)>& height) {
+  const TetMesh even = test::grid({{width, width, count}, {}, 0, 1});
+  std::vector<Point> positions;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (std::uint32_t v = 0; v < even.vertex_count(); ++v) {
+    const Point p = even.position(VertexId{v});
+    positions.push_back({p[0], p[1], height(static_cast<int>(p[2] / 16))});
+  }
+  for (const Tet& tet : even.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+  test::add_test_fields(mesh);
+  return mesh;
+}
+
+// What is flat already is what has to get flatter, however round the rest is.
+TEST_CASE("layers along a wall get coarser, too", "[build]") {
+  constexpr double kThin = 0.02; // of a layer; two of eight are so thin
+  const TetMesh mesh = layers(12, 8, [](int k) { return k < 2 ? kThin * k : 2 * kThin + 16 * (k - 2); });
+  BuildOptions options;
+  options.target_vertices = 0.1;
+  const Built built = build_all(mesh, options);
+  CHECK(built.report.min_quality == Approx(0.05 * 0.5 * kThin / 16).epsilon(0.01));
+  options.min_quality = 1e-3;
+  const Built kept = build_all(mesh, options);
+  CHECK(kept.report.min_quality == 1e-3);
+  const auto refused = [](const Built& b) {
+    return b.report.collapses[static_cast<std::size_t>(CollapseStatus::kQuality)];
+  };
+  CHECK(refused(kept) > 100);
+  CHECK(refused(built) < refused(kept) / 10);
+}
+
 // A coarser plate has flatter tets: a floor for their shape is one of the plate's own tets.
 TEST_CASE("plates get coarser however thin they are", "[build]") {
   for (const double thickness : {16.0, 16e-3, 16e-6}) {
     INFO("thickness " << thickness);
-    const TetMesh thick = test::grid({{16, 16, 1}, {}, 0, 1});
-    std::vector<Point> positions;
-    std::vector<std::array<std::uint32_t, 4>> tets;
-    for (std::uint32_t v = 0; v < thick.vertex_count(); ++v) {
-      const Point p = thick.position(VertexId{v});
-      positions.push_back({p[0], p[1], p[2] / 16 * thickness});
-    }
-    for (const Tet& tet : thick.tets)
-      tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
-    TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
-    test::add_test_fields(mesh);
+    const TetMesh mesh = layers(16, 1, [=](int k) { return k * thickness; });
     BuildOptions options;
     options.target_vertices = 0.05;
     const Built built = build_all(mesh, options);
