@@ -201,7 +201,7 @@ class Build(unittest.TestCase):
             {"target_vertices": "x"}, {"target_vertices": -3}, {"target_vertices": "200%"}, {"target_vertices": 1.5},
             {"max_star": 3}, {"max_star": 1.5}, {"threads": -1}, {"threads": "all"}, {"round_fraction": 0},
             {"min_quality": float("nan")}, {"max_field_error": {"nothing": 1}}, {"max_field_error": {"t": -1}},
-            {"predict": "exact", "evaluate": "none"}, {"progress": 3},
+            {"predict": "exact", "evaluate": "none"}, {"progress": 3}, {"out": 3}, {"out": "\ud800"},
         ]:
             with self.subTest(options), self.assertRaises(ptet.ArgumentError):
                 ptet.build(*cube(3), **options)

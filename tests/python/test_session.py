@@ -1,6 +1,8 @@
 """Sessions: the mesh of each update is that of an extraction, and the arrays follow."""
+import copy
 import gc
 import math
+import pickle
 import signal
 import threading
 import unittest
@@ -75,6 +77,44 @@ class Session(unittest.TestCase):
             tets[update.changed_tets] = session.tets[update.changed_tets]
             np.testing.assert_array_equal(tets, session.tets)
             self.assertEqual(len(set(update.changed_tets.tolist())), len(update.changed_tets))
+
+    def test_changes_of_an_interrupted_update_are_told_by_the_next(self):
+        class Interrupted:
+            def __init__(self, core):
+                self.core = core
+
+            def __getattr__(self, name):
+                return getattr(self.core, name)
+
+            def update(self, request):
+                self.core.update(request)
+                raise KeyboardInterrupt
+
+        session = ptet.open(built()).session()
+        session.update(error="20%")
+        held = session.tets.copy()
+        core, session._core = session._core, Interrupted(session._core)
+        with self.assertRaises(KeyboardInterrupt):
+            session.update()
+        session._core = core
+        for _ in range(2):  # refused, it changes nothing of that
+            with self.assertRaises(ptet.ArgumentError):
+                session.update(error={"nothing": "1%"})
+        update = session.update()
+        self.assertTrue(update.renumbered)
+        grown = np.zeros_like(session.tets)
+        grown[:len(held)] = held[:len(grown)]
+        grown[update.changed_tets] = session.tets[update.changed_tets]
+        np.testing.assert_array_equal(grown, session.tets)
+        for name, rows in (("faces", session.boundary_faces), ("vertices", session.vertex_ids)):
+            np.testing.assert_array_equal(getattr(update, "changed_" + name), np.arange(len(rows)))
+        self.assertFalse(session.update().renumbered)
+
+    def test_sessions_are_not_copied(self):
+        session = ptet.open(built()).session()
+        for use in (copy.copy, copy.deepcopy, pickle.dumps):
+            with self.assertRaisesRegex(TypeError, "neither copied nor pickled"):
+                use(session)
 
     def test_origins_follow_as_long_as_they_are_asked_for(self):
         data = ptet.open(built())

@@ -109,6 +109,12 @@ class Sources(unittest.TestCase):
             with self.assertRaises(ptet.FormatError):
                 ptet.open(type("Sized", (), {"read": source.read, "size": size})())
 
+    def test_any_text_of_an_error_is_told(self):
+        def read(offset, size):
+            raise ValueError("gone \udc80")
+        source = type("Gone", (), {"size": 1000, "read": staticmethod(read)})()
+        self.assertRaisesRegex(ptet.FileError, r"ValueError: gone \\udc80", ptet.open, source)
+
     def test_what_a_reader_answers_is_checked(self):
         class Own(Exception):
             pass

@@ -80,7 +80,8 @@ typedef int32_t (*ptet_progress_callback)(const char* stage, uint64_t done, uint
 
 /* Fills `into` with `size` bytes from `offset`, which lie inside the file. Any answer but 0 means that they cannot be
  * had: opening ends with PTET_IO_ERROR, whose message names the number; later the answers are coarser that need them,
- * and say so (ptet_extraction_get_failure). Called from any thread, one call at a time. */
+ * and say so (ptet_extraction_get_failure). Called from any thread, one call at a time. What may hang, as a connection
+ * does, has to have a time limit: freeing the last of a dataset waits for a read that is under way. */
 typedef int32_t (*ptet_read_callback)(void* user, uint64_t offset, uint64_t size, void* into);
 typedef void (*ptet_release_callback)(void* user);
 

@@ -110,7 +110,8 @@ struct Request {
   /// Dataset::extract stops refining when the time is up, inside focus regions too. Making the mesh out of what was
   /// refined is reckoned with; a read that is under way may still pass the time, and so may making anew what is in
   /// memory where damage was met, and stating the errors of the parts that the request names (Extraction::in_focus,
-  /// at_values, in_view), which takes a look at every record read. Two answers to such a request need not be the same.
+  /// at_values, in_view), which takes a look at every record read. `origins` read all of the file, whatever the time.
+  /// Two answers to such a request need not be the same.
   ///
   /// Session::update leaves to the next update what it has not done, and comes to the same mesh in the end. It reads as
   /// many blocks as seem to fit the time, but at least one (unless another thread is reading), then splits and

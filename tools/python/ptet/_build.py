@@ -227,12 +227,16 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
                        (source_name, "source_name"), (source_hash, "source_hash"),
                        *((name, "govern") for name in names)):
         as_text(text, what)
-    path = None if out is None else os.fsdecode(out)
+    try:
+        path = None if out is None else os.fsdecode(out)
+        raw_path = None if path is None else os.fsencode(path)
+    except (TypeError, UnicodeError) as error:
+        raise ArgumentError(f"out: a path is wanted: {error}") from None
     bounds = [(name, value, relative) for name, (value, relative) in
               parse_field_bounds(max_field_error, "max_field_error")]
     as_callback(progress)
     data, report = _core.build(
-        point_rows, as_tets(tets, vertices), as_fields(fields, vertices), None if path is None else os.fsencode(path),
+        point_rows, as_tets(tets, vertices), as_fields(fields, vertices), raw_path,
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target,
         None if min_quality is None else parse_number(min_quality, "min_quality"), prediction,
         evaluation, objective, as_whole(max_star, 8, 4096, "max_star"),

@@ -31,7 +31,8 @@ class ByteSource(Protocol):
 
     def read(self, offset: int, size: int, /) -> bytes | bytearray | memoryview:
         """Exactly `size` bytes from `offset` on; what it raises becomes a FileError, or a BlockFailure. It is called
-        from whatever thread reads, never from two at a time, and must not use the dataset itself."""
+        from whatever thread reads, never from two at a time, and must not use the dataset itself. What may hang, as a
+        connection does, has to have a time limit: the end of the process waits for a read that is under way."""
 
 
 @dataclass(frozen=True)
@@ -254,8 +255,8 @@ def _raise_shortfall(extraction: Extraction, info: DatasetInfo) -> None:
         kind = FileError if first.retriable else FormatError
         raise kind(f"{what}{blocks} failed, {first.message}{hint}", first.offset)
     if extraction.limited_by == "memory":
-        raise LimitError(f"{what}its blocks do not fit the limit of memory; max_bytes={info.memory_for_all} is enough "
-                         f"for all of the file{hint}")
+        raise LimitError(f"{what}its blocks do not fit the limit of memory; memory_limit, where one is set, and "
+                         f"max_bytes of {info.memory_for_all} are enough for all of the file{hint}")
 
 
 Source = Union[str, "os.PathLike[str]", "os.PathLike[bytes]", bytes, bytearray, memoryview, "npt.NDArray[Any]",

@@ -43,8 +43,9 @@ class SessionUpdate:
         seconds: wall time of the call.
         renumbered: whether slots have other numbers than before, the first ones; those in use are all among the changed
             ones, and the arrays are shorter as a rule. So it is where of more than 4096 tet slots less than one in four
-            is used once the update is complete, and where damage was met or a limit of memory has dropped blocks.
-            Otherwise slots stay.
+            is used once the update is complete, where damage was met or a limit of memory has dropped blocks, and after
+            an update that was interrupted, of whose changes nobody was told: all slots are among the changed ones then,
+            and what it did is not counted. Otherwise slots stay.
     """
 
     changed_tets: Slots
@@ -127,6 +128,7 @@ class Session:
         self._fields = {field.name: _Table(lambda slots, i=i: core.field(i, slots))  # type: ignore[misc]
                         for i, field in enumerate(dataset.info.fields)}
         self._is_behind = False
+        self._is_untold = False
 
     def update(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
                focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
@@ -137,7 +139,7 @@ class Session:
 
         Raises:
             ArgumentError; the mesh is then as it was. Error: another thread updates. Ctrl-C raises KeyboardInterrupt;
-            the next update goes on from there.
+            the next update goes on from there, and is `renumbered`.
         """
         info = self._dataset.info
         request = make_request(info.vertices, info.tets, error=error, domain_error=domain_error, focus=focus,
@@ -145,23 +147,31 @@ class Session:
         allowed_ms = request.max_milliseconds
         with self._alone():
             self._catch_up()
+            was_interrupted = self._is_untold
             steps: list[dict[str, Any]] = []
             begin = time.monotonic()
-            while True:
-                left_ms = math.inf if allowed_ms is None else allowed_ms
-                if steps:
-                    left_ms -= 1e3 * (time.monotonic() - begin)
-                    if left_ms <= 0:
+            self._is_untold = True
+            try:
+                while True:
+                    left_ms = math.inf if allowed_ms is None else allowed_ms
+                    if steps:
+                        left_ms -= 1e3 * (time.monotonic() - begin)
+                        if left_ms <= 0:
+                            break
+                    request.max_milliseconds = min(left_ms, _SLICE_MS)
+                    self._is_behind = True
+                    step = self._core.update(request)
+                    self._follow(step)
+                    self._is_behind = False
+                    steps.append(step)
+                    if step["limited_by"] != "time":
                         break
-                request.max_milliseconds = min(left_ms, _SLICE_MS)
-                self._is_behind = True
-                step = self._core.update(request)
-                self._follow(step)
-                self._is_behind = False
-                steps.append(step)
-                if step["limited_by"] != "time":
-                    break
-            return self._summary(steps)
+            except ArgumentError:
+                self._is_untold = was_interrupted or bool(steps)
+                raise
+            summary = self._summary(steps, was_interrupted)
+            self._is_untold = False
+            return summary
 
     @property
     def tets(self) -> npt.NDArray[np.uint32]:
@@ -201,6 +211,9 @@ class Session:
         with self._alone():
             return Extraction(self._core.extraction(), self._dataset.info, origins=self._made_by is not None)
 
+    def __reduce_ex__(self, _: object) -> Any:
+        raise TypeError("a Session is neither copied nor pickled: make another one, Dataset.session()")
+
     def __repr__(self) -> str:
         return f"<ptet.Session of {self._dataset!r}>"
 
@@ -238,7 +251,7 @@ class Session:
         for table in (self._vertices, self._points, *self._fields.values()):
             table.follow(step["changed_vertices"], vertex_slots)
 
-    def _summary(self, steps: list[dict[str, Any]]) -> SessionUpdate:
+    def _summary(self, steps: list[dict[str, Any]], was_interrupted: bool) -> SessionUpdate:
         summary = dict(steps[-1])
         if len(steps) > 1:
             for name in _SUMS:
@@ -247,6 +260,10 @@ class Session:
                 changed = np.unique(np.concatenate([step[name] for step in steps]))
                 summary[name] = changed[changed < count]
             summary["renumbered"] = any(step["renumbered"] for step in steps)
+        if was_interrupted:
+            for name, count in zip(_CHANGED, self._core.slots):
+                summary[name] = np.arange(count, dtype=np.uint32)
+            summary["renumbered"] = True
         names = self._dataset.info.governing
         for name in ("field_error", "rms_error"):
             summary[name] = dict(zip(names, summary[name]))

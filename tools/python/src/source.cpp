@@ -33,7 +33,7 @@ private:
 std::string brief(const py::error_already_set& error) {
   std::string text = error.type().attr("__name__").cast<std::string>();
   try {
-    const auto message = py::str(error.value()).cast<std::string>();
+    const auto message = py::str(error.value()).attr("encode")("utf-8", "backslashreplace").cast<std::string>();
     if (!message.empty()) text += ": " + message;
   } catch (const py::error_already_set&) {
     text += " (whose text cannot be had)";
