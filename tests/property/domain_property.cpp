@@ -151,7 +151,7 @@ TEST_CASE("where errors are measured, no collapse is taken before the square has
   BuildOptions options;
   options.target_vertices = 0;
   options.max_domain_error = {0.2, true};
-  double weight = 16; // of the error as a part of the diagonal
+  double weight = 10; // of the error as a part of the diagonal
   SECTION("thresholds") {
     options.max_field_error = {{"", {0.8, true}}};
     weight = 1 / 0.2;
