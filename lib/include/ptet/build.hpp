@@ -102,10 +102,10 @@ struct BuildOptions {
   /// stops when nothing more can be collapsed; the report says which.
   double target_vertices = 0.01;
   /// Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular, 0: flat). A modified tet below it is refused unless
-  /// it is no worse than the worst of the star it comes from. In [0, 1). None: 1e-3, or less where more than one in
-  /// twenty of the mesh's tets (of some 20,000 of them) is flatter than .02: then a twentieth of what the twentieth
-  /// part of them is below, so that plates, shells and layers along walls can get coarser, too: that makes their tets
-  /// flatter.
+  /// it is no worse than the worst of the star it comes from. In [0, 1). None: 1e-3, or less for meshes with flat
+  /// parts, so that plates, shells and layers along walls can get coarser, too, which makes their tets flatter: a
+  /// twentieth of what all tets have but the flattest twentieth (of some 20,000), or of a thousandth of their median
+  /// where that is more.
   std::optional<double> min_quality;
   /// Not every pair goes together: kExact needs Evaluation::kExact, kSimulate any but Evaluation::kNone. Whoever wants
   /// less evaluation has to name another prediction.

@@ -184,8 +184,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         max_field_error: no collapse may have a larger one; field units or "2%", one for all or by field.
         max_domain_error: no collapse may have a larger one; mesh units or "2%" of the diagonal.
         target_vertices: how far down to go: a number of vertices, "1%" of them, or such a fraction below 1.
-        min_quality: floor of the shape measure 6 sqrt(2) V / Lmax^3, 0 flat to 1 regular; None: 1e-3, or a twentieth of
-            what one in twenty of the mesh's tets is below where that is less.
+        min_quality: floor of the shape measure 6 sqrt(2) V / Lmax^3, 0 flat to 1 regular; None: 1e-3, or, where
+            that is less, a twentieth of what all tets of the mesh have but the flattest twentieth.
         max_star: cap on the tets and boundary faces around a vertex, 8 to 4096.
         round_fraction: the best part of the candidates that a round may take, in (0, 1]; None: 0.15 where the
             collapses are ordered by "exact", else 0.3.
