@@ -23,6 +23,22 @@ class Bytes:
 
 
 class Extract(unittest.TestCase):
+    def test_equal_wishes_are_equal(self):
+        centre = np.array([1, 2, 3], np.float32)
+        for one, same, other in (
+                (ptet.Sphere(centre, 1), ptet.Sphere((1, 2, 3), 1), ptet.Sphere((1, 2, 4), 1)),
+                (ptet.Box([0, 0, 0], centre), ptet.Box(np.zeros(3), [1, 2, 3]), ptet.Box((0, 0, 0), (1, 2, 9))),
+                (ptet.OrientedBox(centre, np.eye(3)), ptet.OrientedBox((1, 2, 3), np.eye(3).tolist()),
+                 ptet.OrientedBox((1, 2, 3), 2 * np.eye(3))),
+                (ptet.View(eye=centre), ptet.View(eye=[1, 2, 3]), ptet.View(eye=[3, 2, 1]))):
+            with self.subTest(one):
+                self.assertEqual(one, same)
+                self.assertNotEqual(one, other)
+                self.assertEqual(len({one, same, other}), 2)
+        asked = ptet.Sphere(centre, 1)
+        centre[0] = 9
+        self.assertEqual(asked.centre, (1, 2, 3))
+
     def setUp(self):
         self.data = ptet.open(built())
         self.points, self.tets, self.fields = cube()

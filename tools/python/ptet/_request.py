@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Union
 
 import numpy as np
@@ -67,8 +67,22 @@ def parse_number(value: float, what: str) -> float:
         raise ArgumentError(f"{what}: a number is wanted, not {value!r}") from None
 
 
+def _as_tuples(value: object) -> object:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(_as_tuples(one) for one in value) if isinstance(value, (list, tuple)) else value
+
+
+class _Comparable:
+    """Lists and arrays become tuples: two that ask for the same are equal, and can be keys."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):  # type: ignore[arg-type]
+            object.__setattr__(self, field.name, _as_tuples(getattr(self, field.name)))
+
+
 @dataclass(frozen=True)
-class Box:
+class Box(_Comparable):
     """A focus on an axis-parallel box, closed.
 
     Args:
@@ -86,7 +100,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class OrientedBox:
+class OrientedBox(_Comparable):
     """A focus on a box in any position, closed: centre + a x + b y + c z with -1 <= a, b, c <= 1.
 
     Args:
@@ -102,7 +116,7 @@ class OrientedBox:
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(_Comparable):
     """A focus on a ball, closed.
 
     Args:
@@ -117,7 +131,7 @@ class Sphere:
 
 
 @dataclass(frozen=True)
-class HalfSpace:
+class HalfSpace(_Comparable):
     """A focus on the points x with dot(normal, x) <= offset.
 
     Args:
@@ -150,7 +164,7 @@ class Values:
 
 
 @dataclass(frozen=True)
-class View:
+class View(_Comparable):
     """What a camera sees, in perspective.
 
     Args:

@@ -26,7 +26,7 @@ _SLICE_MS = 250.0  # so long the library works before Python looks for Ctrl-C
 Slots = npt.NDArray[np.uint32]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SessionUpdate:
     """What an update did, and what mesh there is now.
 
