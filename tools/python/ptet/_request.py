@@ -196,8 +196,8 @@ class Budget:
     Args:
         tets, vertices: how many at most; a number, or a percentage of the original's.
         bytes: of the answer: points, fields, tets (16 each) and boundary faces (12 each).
-        milliseconds: about how long the call may refine. The answer then depends on the machine. What an extraction's
-            `origins` read takes its time besides.
+        milliseconds: about how long the call may refine. The answer then depends on the machine. `origins` of an
+            extraction read all of the file, however long that takes.
     """
 
     tets: Count | None = None

@@ -209,6 +209,7 @@ class Session:
     def extraction(self) -> Extraction:
         """The mesh without slots, as Dataset.extract gives it."""
         with self._alone():
+            self._catch_up()
             return Extraction(self._core.extraction(), self._dataset.info, origins=self._made_by is not None)
 
     def __reduce_ex__(self, _: object) -> Any:
