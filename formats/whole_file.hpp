@@ -23,7 +23,7 @@ class WholeFile {
 public:
   /// Creates the empty temporary file. Throws Error: kIo with the system's reason; kBadArgument for a name that the
   /// system would cut short.
-  explicit WholeFile(const std::string& path) : WholeFile() { // whole by then: whatever is thrown, the destructor runs
+  explicit WholeFile(const std::string& path) : WholeFile() { // constructed by then: if the rest throws, it is undone
     path_ = behind_links(path);
     struct stat status {};
     const bool replaces = ::stat(path_.c_str(), &status) == 0;

@@ -31,7 +31,7 @@ public:
 
 private:
   class Window;
-  std::unique_lock<std::mutex> only_;
+  std::lock_guard<std::mutex> only_;
   vtkSmartPointer<Window> window_;
   vtkSmartPointer<vtkOutputWindow> previous_;
   int previous_verbosity_ = 0;

@@ -11,16 +11,16 @@ namespace {
 /// At most; see BuildOptions::min_quality.
 constexpr double kMinQuality = 1e-3;
 /// Flat layers, as along walls in a flow, are a small part of many meshes: a floor by the tets in the middle would keep
-/// what is in them. On one of 92,000 tets, flat in a fifth of them, the mean square errors of coarse meshes are then 5
-/// times as large. What is flatter yet is most often by chance, and nothing to go by; nor are more, where they are so
-/// much flatter than those in the middle.
+/// what is in them. On one of 92,000 tets, a third of them flatter than .02, the mean square errors of coarse meshes
+/// are then 5 times as large. What is flatter yet is most often by chance, and nothing to go by. Where more are flatter
+/// than a thousandth of the median, they are so by chance, too, and that thousandth stands for them.
 constexpr std::size_t kFlattestPart = 20;
 constexpr double kOfMedian = 1e-3;
 constexpr double kOfFlatQuality = 1.0 / 20;
 /// The quality is that of so many tets, or some more, spread over the mesh.
 constexpr std::size_t kTetsForQuality = 20'000;
 
-/// That all tets have but the flattest twentieth.
+/// That all tets have but the flattest twentieth; a thousandth of the median at least.
 double flat_quality(const PreparedMesh& prepared) {
   const std::vector<Tet>& tets = prepared.mesh.tets;
   std::vector<double> qualities;
@@ -33,8 +33,8 @@ double flat_quality(const PreparedMesh& prepared) {
     std::nth_element(qualities.begin(), at, qualities.end());
     return *at;
   };
-  return std::max(
-      {0.0, all_above_part(kFlattestPart), kOfMedian * all_above_part(2)}); // of flat tets rounding makes less
+  // Of flat tets rounding makes less than 0.
+  return std::max({0.0, all_above_part(kFlattestPart), kOfMedian * all_above_part(2)});
 }
 
 std::string text_of(const Bound& bound) {

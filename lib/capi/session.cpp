@@ -82,7 +82,7 @@ ptet_status ptet_session_update(ptet_session* session, const ptet_request* reque
   return guarded(error, [&] {
     ptet_session& of = required(session, "the session");
     if (changes != nullptr) (void)known_size(changes, "the changes"); // before the session changes
-    of.failures = {};                                                 // what they point at goes
+    of.failures = {};
     const SessionUpdate& update = of.session.update(request == nullptr ? Request{} : request->request);
     of.field_error.assign(update.field_error.begin(), update.field_error.end());
     of.rms_error.assign(update.rms_error.begin(), update.rms_error.end());

@@ -6,6 +6,7 @@
 #include "support/topology_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -201,6 +202,18 @@ TEST_CASE("layers along a wall get coarser, too", "[build]") {
   };
   CHECK(refused(kept) > 100);
   CHECK(refused(built) < refused(kept) / 10);
+}
+
+TEST_CASE("the floor of shapes does not go by what is flat by chance", "[build]") {
+  BuildOptions options;
+  options.target_vertices = 0.95;
+  const auto floor_of = [&](int count) { // two layers have no thickness to speak of
+    const TetMesh mesh = layers(4, count, [](int k) { return k < 2 ? 1e-9 * k : 2e-9 + 16 * (k - 2); });
+    return build_all(mesh, options).report.min_quality;
+  };
+  const double even = std::sqrt(2.0) / std::pow(3, 1.5); // 6 sqrt(2) V / Lmax^3 of a sixth of a cube
+  CHECK(floor_of(8) == Approx(0.05 * 1e-3 * even).epsilon(0.001));
+  CHECK(floor_of(50) == 1e-3);
 }
 
 // A coarser plate has flatter tets: a floor for their shape is one of the plate's own tets.

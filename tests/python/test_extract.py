@@ -23,6 +23,10 @@ class Bytes:
 
 
 class Extract(unittest.TestCase):
+    def setUp(self):
+        self.data = ptet.open(built())
+        self.points, self.tets, self.fields = cube()
+
     def test_equal_wishes_are_equal(self):
         centre = np.array([1, 2, 3], np.float32)
         for one, same, other in (
@@ -38,10 +42,6 @@ class Extract(unittest.TestCase):
         asked = ptet.Sphere(centre, 1)
         centre[0] = 9
         self.assertEqual(asked.centre, (1, 2, 3))
-
-    def setUp(self):
-        self.data = ptet.open(built())
-        self.points, self.tets, self.fields = cube()
 
     def test_errors_hold_at_original_vertices(self):
         for request in ({"error": "5%"}, {"error": 0.1}, {"error": {"t": 0.02}}, {"budget": 300},

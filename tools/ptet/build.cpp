@@ -333,7 +333,7 @@ void add_mesh_and_limits(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--min-quality", arguments.min_quality,
                   "no tet below this shape (1 regular, 0 flat), unless\n"
-                  "its place had a worse one before (0.001; less for\nmeshes with flat layers)")
+                  "its place had a worse one before (0.001; less for\nmeshes with flat parts)")
       ->option_text("Q");
 }
 

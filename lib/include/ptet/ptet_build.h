@@ -71,8 +71,8 @@ ptet_status ptet_builder_set_target_vertices(ptet_builder* builder, double verti
 ptet_status ptet_builder_set_prediction(ptet_builder* builder, ptet_prediction prediction, ptet_error** error);
 ptet_status ptet_builder_set_evaluation(ptet_builder* builder, ptet_evaluation evaluation, ptet_error** error);
 ptet_status ptet_builder_set_objective(ptet_builder* builder, ptet_objective objective, ptet_error** error);
-/* Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular), in [0, 1). At first 0.001, less where the mesh is flat.
- */
+/* Floor of the shape measure 6 sqrt(2) V / Lmax^3 (1: regular), in [0, 1). At first 0.001, less for meshes with flat
+ * parts. */
 ptet_status ptet_builder_set_min_quality(ptet_builder* builder, double quality, ptet_error** error);
 /* Cap on the tets and boundary faces around a vertex, in 8 .. 4096. At first 64. */
 ptet_status ptet_builder_set_max_star(ptet_builder* builder, uint32_t cells, ptet_error** error);

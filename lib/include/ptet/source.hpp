@@ -21,7 +21,8 @@ public:
   /// Fills all of `into` with the bytes from `offset` on; `offset + into.size() <= size()`.
   /// When it cannot, it throws any std::exception; what it says goes into the error or BlockFailure that follows, but
   /// std::bad_alloc, which goes through to who asked. It must not ask the dataset that it is read for:
-  /// Error(kBadArgument).
+  /// Error(kBadArgument). What may hang, as a connection does, has to have a time limit: the end of the last who holds
+  /// the dataset waits for a read that is under way.
   virtual void read(std::uint64_t offset, std::span<std::byte> into) = 0;
 };
 

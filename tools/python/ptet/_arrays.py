@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -84,6 +85,16 @@ def as_text(given: str, what: str) -> str:
     except UnicodeEncodeError as error:
         raise ArgumentError(f"{what} {given!r}: there is no such text in UTF-8 ({error.reason})") from None
     return given
+
+
+def as_path(given: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> bytes:
+    """As the system has it."""
+    try:
+        return os.fsencode(given)
+    except TypeError:
+        raise ArgumentError(f"{given!r}: a path is wanted") from None
+    except UnicodeEncodeError as error:
+        raise ArgumentError(f"{given!r}: there is no such name of a file ({error.reason})") from None
 
 
 def as_fields(given: Mapping[str, npt.ArrayLike] | None, vertices: int) -> list[tuple[str, Array]]:

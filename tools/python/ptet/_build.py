@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._arrays import as_callback, as_fields, as_points, as_tets, as_text, as_whole
+from ._arrays import as_callback, as_fields, as_path, as_points, as_tets, as_text, as_whole
 from ._dataset import Dataset, open as open_file
 from ._errors import ArgumentError
 from ._request import Bound, Count, ErrorBounds, parse_bound, parse_count, parse_field_bounds, parse_number
@@ -185,7 +185,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         max_domain_error: no collapse may have a larger one; mesh units or "2%" of the diagonal.
         target_vertices: how far down to go: a number of vertices, "1%" of them, or such a fraction below 1.
         min_quality: floor of the shape measure 6 sqrt(2) V / Lmax^3, 0 flat to 1 regular; None: 1e-3, or, where
-            that is less, a twentieth of what all tets of the mesh have but the flattest twentieth.
+            that is less, a twentieth of what all tets of the mesh have but the flattest twentieth (of a thousandth of
+            their median where that is more).
         max_star: cap on the tets and boundary faces around a vertex, 8 to 4096.
         round_fraction: the best part of the candidates that a round may take, in (0, 1]; None: 0.15 where the
             collapses are ordered by "exact", else 0.3.
@@ -227,16 +228,12 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
                        (source_name, "source_name"), (source_hash, "source_hash"),
                        *((name, "govern") for name in names)):
         as_text(text, what)
-    try:
-        path = None if out is None else os.fsdecode(out)
-        raw_path = None if path is None else os.fsencode(path)
-    except (TypeError, UnicodeError) as error:
-        raise ArgumentError(f"out: a path is wanted: {error}") from None
+    path = None if out is None else as_path(out)
     bounds = [(name, value, relative) for name, (value, relative) in
               parse_field_bounds(max_field_error, "max_field_error")]
     as_callback(progress)
     data, report = _core.build(
-        point_rows, as_tets(tets, vertices), as_fields(fields, vertices), raw_path,
+        point_rows, as_tets(tets, vertices), as_fields(fields, vertices), path,
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target,
         None if min_quality is None else parse_number(min_quality, "min_quality"), prediction,
         evaluation, objective, as_whole(max_star, 8, 4096, "max_star"),
@@ -245,7 +242,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         as_whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,
         progress)
     report["walk"] = [Round(*step) for step in report["walk"]]
-    return Built(path, None if data is None else memoryview(data), BuildReport(**report))
+    return Built(None if path is None else os.fsdecode(path), None if data is None else memoryview(data), BuildReport(**report))
 
 
 @dataclass(frozen=True)

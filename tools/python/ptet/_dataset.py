@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._arrays import as_callback, as_whole
+from ._arrays import as_callback, as_path, as_whole
 from ._errors import ArgumentError, FileError, FormatError, LimitError, MissingFileError, UnmetWarning
 from ._extraction import Extraction
 from ._request import Bound, Budget, ErrorBounds, Region, Values, View, as_list, make_request
@@ -297,10 +297,7 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
                                 max_gap=count(max_gap, "max_gap") or 0, max_bytes=count(max_bytes, "max_bytes"),
                                 max_vertices=count(max_vertices, "max_vertices"), max_tets=count(max_tets, "max_tets"))
     if isinstance(source, (str, os.PathLike)):
-        try:
-            path = os.fsencode(source)
-        except UnicodeEncodeError as error:
-            raise ArgumentError(f"{source!r}: there is no such name of a file ({error.reason})") from None
+        path = as_path(source)
         try:
             core = _core.open_path(path, options)
         except FileError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Union
 
 import numpy as np
@@ -77,8 +77,8 @@ class _Comparable:
     """Lists and arrays become tuples: two that ask for the same are equal, and can be keys."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):  # type: ignore[arg-type]
-            object.__setattr__(self, field.name, _as_tuples(getattr(self, field.name)))
+        for name, value in list(vars(self).items()):
+            object.__setattr__(self, name, _as_tuples(value))
 
 
 @dataclass(frozen=True)

@@ -127,8 +127,8 @@ class Session:
         self._points = _Table(core.points)
         self._fields = {field.name: _Table(lambda slots, i=i: core.field(i, slots))  # type: ignore[misc]
                         for i, field in enumerate(dataset.info.fields)}
-        self._is_behind = False
-        self._is_untold = False
+        self._is_behind = False  # the tables, and who was told of the changes: an update did not end
+        self._is_untold = False  # the tables have caught up since
 
     def update(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
                focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
@@ -144,33 +144,15 @@ class Session:
         info = self._dataset.info
         request = make_request(info.vertices, info.tets, error=error, domain_error=domain_error, focus=focus,
                                values=values, view=view, budget=budget, origins=origins)
-        allowed_ms = request.max_milliseconds
         with self._alone():
             self._catch_up()
-            was_interrupted = self._is_untold
-            steps: list[dict[str, Any]] = []
-            begin = time.monotonic()
-            self._is_untold = True
+            self._is_behind = True
             try:
-                while True:
-                    left_ms = math.inf if allowed_ms is None else allowed_ms
-                    if steps:
-                        left_ms -= 1e3 * (time.monotonic() - begin)
-                        if left_ms <= 0:
-                            break
-                    request.max_milliseconds = min(left_ms, _SLICE_MS)
-                    self._is_behind = True
-                    step = self._core.update(request)
-                    self._follow(step)
-                    self._is_behind = False
-                    steps.append(step)
-                    if step["limited_by"] != "time":
-                        break
+                summary = self._summary(self._in_slices(request))
             except ArgumentError:
-                self._is_untold = was_interrupted or bool(steps)
+                self._is_behind = False
                 raise
-            summary = self._summary(steps, was_interrupted)
-            self._is_untold = False
+            self._is_behind = self._is_untold = False
             return summary
 
     @property
@@ -209,8 +191,7 @@ class Session:
     def extraction(self) -> Extraction:
         """The mesh without slots, as Dataset.extract gives it."""
         with self._alone():
-            self._catch_up()
-            return Extraction(self._core.extraction(), self._dataset.info, origins=self._made_by is not None)
+            return Extraction(self._core.extraction(), self._dataset.info, origins=self._core.has_origins)
 
     def __reduce_ex__(self, _: object) -> Any:
         raise TypeError("a Session is neither copied nor pickled: make another one, Dataset.session()")
@@ -227,9 +208,10 @@ class Session:
             return table.view()
 
     def _catch_up(self) -> None:
-        """After an update that was interrupted the tables are behind the mesh."""
+        """After an update that was interrupted."""
         if not self._is_behind:
             return
+        self._is_untold = True
         for table in (self._tets, self._faces, self._vertices, self._points, *self._fields.values()):
             table.renew()
         self._follow_origins(None)
@@ -244,6 +226,24 @@ class Session:
         else:
             self._made_by.follow(changed, self._core.slots[0])
 
+    def _in_slices(self, request: _core.Request) -> list[dict[str, Any]]:
+        """What the library says of each; the tables follow."""
+        allowed_ms = request.max_milliseconds
+        steps: list[dict[str, Any]] = []
+        begin = time.monotonic()
+        while True:
+            left_ms = math.inf if allowed_ms is None else allowed_ms
+            if steps:
+                left_ms -= 1e3 * (time.monotonic() - begin)
+                if left_ms <= 0:
+                    return steps
+            request.max_milliseconds = min(left_ms, _SLICE_MS)
+            step = self._core.update(request)
+            self._follow(step)
+            steps.append(step)
+            if step["limited_by"] != "time":
+                return steps
+
     def _follow(self, step: dict[str, Any]) -> None:
         tet_slots, face_slots, vertex_slots = self._core.slots
         self._tets.follow(step["changed_tets"], tet_slots)
@@ -252,7 +252,7 @@ class Session:
         for table in (self._vertices, self._points, *self._fields.values()):
             table.follow(step["changed_vertices"], vertex_slots)
 
-    def _summary(self, steps: list[dict[str, Any]], was_interrupted: bool) -> SessionUpdate:
+    def _summary(self, steps: list[dict[str, Any]]) -> SessionUpdate:
         summary = dict(steps[-1])
         if len(steps) > 1:
             for name in _SUMS:
@@ -261,7 +261,7 @@ class Session:
                 changed = np.unique(np.concatenate([step[name] for step in steps]))
                 summary[name] = changed[changed < count]
             summary["renumbered"] = any(step["renumbered"] for step in steps)
-        if was_interrupted:
+        if self._is_untold:
             for name, count in zip(_CHANGED, self._core.slots):
                 summary[name] = np.arange(count, dtype=np.uint32)
             summary["renumbered"] = True
