@@ -100,9 +100,11 @@ class Session(unittest.TestCase):
         held = session.tets.copy()
         core, session._core = session._core, Interrupted(session._core)
         with self.assertRaises(KeyboardInterrupt):
-            session.update()
+            session.update(origins=True)
         session._core = core
-        np.testing.assert_array_equal(session.extraction().tets, ptet.open(built()).extract().tets)
+        wanted = ptet.open(built()).extract(origins=True)
+        np.testing.assert_array_equal(session.extraction().tets, wanted.tets)
+        np.testing.assert_array_equal(session.extraction().made_by, wanted.made_by)
         for _ in range(2):  # refused, it changes nothing of that
             with self.assertRaises(ptet.ArgumentError):
                 session.update(error={"nothing": "1%"})
