@@ -158,8 +158,9 @@ public:
   /// Told of a block that cannot be had, and why.
   using FetchFailed = std::function<void(std::uint32_t block, const Error& error)>;
   /// The bytes of `blocks` (ascending), near ones by one request, but of those that cannot be read or whose hash does
-  /// not match: these `failed` is told of before more is read. `is_wanted` is asked just before each request that a
-  /// block would be in, `is_stopped` before each, see RangeReader; what is then not read is left out.
+  /// not match, nor that of the same bytes read once more, as it may be the transfer that garbled them: these `failed`
+  /// is told of before more is read. `is_wanted` is asked just before each request that a block would be in,
+  /// `is_stopped` before each, see RangeReader; what is then not read is left out.
   /// Thread rule: const.
   [[nodiscard]] std::vector<FetchedBlock> fetch(
       std::span<const std::uint32_t> blocks, const FetchFailed& failed,

@@ -145,6 +145,29 @@ TEST_CASE("of a source that is down nothing is asked twice for one request, nor 
   }
 }
 
+TEST_CASE("a block that was garbled on its way is read once more, and one that is wrong again is given up") {
+  const LoadingSample& s = sample();
+  for (std::uint32_t b = 0; b < s.blocks.size(); ++b) {
+    const auto source = std::make_shared<FailingSource>(s.bytes);
+    const auto dataset = Dataset::open(source);
+    source->garble(s.blocks[b].offset + s.blocks[b].stored_bytes / 2, 1);
+    const Extraction whole = dataset->extract({});
+    CHECK(whole.complete);
+    CHECK(same_mesh(whole, s.answers[0]));
+
+    const auto wrong_source = std::make_shared<FailingSource>(s.bytes);
+    const auto wrong = Dataset::open(wrong_source);
+    wrong_source->garble(s.blocks[b].offset, 2);
+    for (int time = 0; time < 2; ++time) { // it is not tried again
+      const Extraction extraction = wrong->extract({});
+      CHECK_FALSE(extraction.complete);
+      REQUIRE(extraction.failures.size() == 1);
+      CHECK(extraction.failures[0].block == b);
+      CHECK(extraction.failures[0].code == ErrorCode::kCorruptFile);
+    }
+  }
+}
+
 // With a time to keep blocks are read one after the other, with what they need: what failed once may be had the next
 // time.
 TEST_CASE("what is missing in the end is told, and nothing else") {

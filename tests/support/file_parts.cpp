@@ -76,17 +76,25 @@ FailingSource::FailingSource(std::vector<std::byte> bytes, Fails fails)
 
 void FailingSource::read(std::uint64_t offset, std::span<std::byte> into) {
   ++reads_;
-  {
-    const std::lock_guard guard(mutex_);
-    if (fails_ && fails_(offset, into.size())) throw std::runtime_error("the line is dead");
-  }
+  const std::lock_guard guard(mutex_);
+  if (fails_ && fails_(offset, into.size())) throw std::runtime_error("the line is dead");
   std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
+  if (times_garbled_ > 0 && offset <= garbled_ && garbled_ - offset < into.size()) {
+    --times_garbled_;
+    into[garbled_ - offset] ^= std::byte{1};
+  }
   bytes_given_ += into.size();
 }
 
 void FailingSource::set(Fails fails) {
   const std::lock_guard guard(mutex_);
   fails_ = std::move(fails);
+}
+
+void FailingSource::garble(std::uint64_t offset, int times) {
+  const std::lock_guard guard(mutex_);
+  garbled_ = offset;
+  times_garbled_ = times;
 }
 
 } // namespace ptet::test

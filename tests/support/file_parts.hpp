@@ -62,6 +62,8 @@ public:
   /// Throws std::runtime_error("the line is dead").
   void read(std::uint64_t offset, std::span<std::byte> into) override;
   void set(Fails fails);
+  /// That byte is given wrong the next so many times.
+  void garble(std::uint64_t offset, int times);
   [[nodiscard]] std::uint64_t reads() const { return reads_; }
   [[nodiscard]] std::uint64_t bytes_given() const { return bytes_given_; }
 
@@ -69,6 +71,8 @@ private:
   std::vector<std::byte> bytes_;
   std::mutex mutex_;
   Fails fails_;
+  std::uint64_t garbled_ = 0;
+  int times_garbled_ = 0; ///< still to come
   std::atomic<std::uint64_t> reads_{0}, bytes_given_{0};
 };
 

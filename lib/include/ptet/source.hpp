@@ -63,9 +63,11 @@ struct OpenOptions {
 
 /// A block that could not be had. What needs its records is left out, too, and the answer is coarser there.
 struct BlockFailure {
-  std::uint32_t block = 0;                  ///< row of the block table
-  std::uint64_t byte_offset = 0;            ///< of the block in the file
-  ErrorCode code = ErrorCode::kCorruptFile; ///< kIo: later requests try again, see OpenOptions::background
+  std::uint32_t block = 0;       ///< row of the block table
+  std::uint64_t byte_offset = 0; ///< of the block in the file
+  /// kIo: later requests try again, see OpenOptions::background. kCorruptFile: the bytes were wrong, also when they
+  /// were read a second time, and the block is left out for good.
+  ErrorCode code = ErrorCode::kCorruptFile;
   std::string message;
 };
 
