@@ -143,8 +143,8 @@ private:
   /// What was done, for who is told that the build ends.
   [[nodiscard]] std::string where_it_is() const {
     if (!checkpoints_.enabled()) return {};
-    return report_.checkpoint_failure.empty() ? "; what was done is in the checkpoint"
-                                              : "; a checkpoint could not be written: " + report_.checkpoint_failure;
+    return last_save_failed_ ? "; a checkpoint could not be written: " + report_.checkpoint_failure
+                             : "; what was done is in the checkpoint";
   }
 
   // ---- checkpoints, between rounds and between batches of certified records ----
@@ -157,6 +157,7 @@ private:
           serialize_rest(archive);
         },
         report_);
+    last_save_failed_ = false;
   }
 
   /// A build that can go on does so without one: it is there for what may happen, and may be possible the next time.
@@ -174,6 +175,7 @@ private:
     checkpoints_.put_off();
     ++report_.checkpoints_failed;
     report_.checkpoint_failure = reason;
+    last_save_failed_ = true;
   }
 
   void resume() {
@@ -209,8 +211,9 @@ private:
   const ProgressCallback& progress_;
   Threads threads_;
   CheckpointWriter checkpoints_;
-  BuildIdentity identity_; ///< where there are checkpoints
-  bool stopping_ = false;  ///< somebody said so within a round
+  BuildIdentity identity_;        ///< where there are checkpoints
+  bool stopping_ = false;         ///< somebody said so within a round
+  bool last_save_failed_ = false; ///< of a checkpoint
   NormalizedFields fields_;
   RecordStream records_;
   RoundState round_state_;
