@@ -29,6 +29,21 @@ TEST_CASE("quadric predictor: the error is the root mean square over the tets", 
   CHECK(scene.field_error(predictor, 0, 2) == Approx(9.0 / 9 * std::sqrt(0.5)));
 }
 
+TEST_CASE("quadric predictor: needles have gradients, and where all is flat values are compared",
+          "[build][predictor]") {
+  const auto error_when = [](double y, double z) {
+    Fixture squeezed = octahedron();
+    for (Point& p : squeezed.points)
+      p = {p[0], p[1] * y, p[2] * z};
+    const Scene scene(squeezed, scalars({1, 3, 5, 6, 2, 4, 10}));
+    return scene.field_error(make(scene), 6, 0);
+  };
+  CHECK(error_when(1e-6, 1e-6) == Approx(16.0 / 9 * std::sqrt(0.5)));
+  CHECK(error_when(1, 1e-6) == Approx(16.0 / 9 * std::sqrt(0.5)));
+  CHECK(error_when(1, 1e-12) == Approx(9.0 / 9));
+  CHECK(error_when(1e-6, 1e-12) == Approx(9.0 / 9));
+}
+
 TEST_CASE("quadric predictor: the domain error is the root mean square over the planes", "[build][predictor]") {
   const Scene scene(octahedron(), scalars({1, 3, 5, 6, 2, 4, 10})); // of diagonal 4
   QuadricPredictor predictor = make(scene);
