@@ -54,9 +54,11 @@ public:
   }
 
 private:
-  /// Modulo 2^64 the subtraction is right whatever the signs.
+  /// Of one sign the subtraction is right modulo 2^64. Of two, each number is smaller than the difference: where that is
+  /// below kExactIntegers a double tells both.
   template <class A, class B>
   static double difference(A a, B b) {
+    if (std::cmp_less(a, 0) != std::cmp_less(b, 0)) return static_cast<double>(a) - static_cast<double>(b);
     const auto first = static_cast<std::uint64_t>(a);
     const auto second = static_cast<std::uint64_t>(b);
     return std::cmp_less(a, b) ? -static_cast<double>(second - first) : static_cast<double>(first - second);

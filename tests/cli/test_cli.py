@@ -115,6 +115,8 @@ class Usage(Case):
         self.refused(2, "extract", "grid.ptet", *ball, *ball, *ball, "--focus-error", "1%", "--focus-error", "2%",
                      says=["--focus-error", "3"])
         self.refused(2, "extract", "grid.ptet", "--view", "eye=0,0,0:at=1,0,0:up=2,0,0", says="up")
+        self.refused(2, "extract", "grid.ptet", "--view", "eye=-1e308,0,0:at=1e308,0,0", says="too far")
+        self.ptet("extract", "grid.ptet", "--view", "eye=1e200,0,0:at=0,0,0")
         self.refused(2, "extract", "grid.ptet", "--errors", says="--errors")
         self.refused(2, "extract", "grid.ptet", "--errors", "-o", "a.stl", says="--errors")
         self.refused(2, "extract", "grid.ptet", "-o", "a.png", says=["a.png", ".vtu", ".stl"])

@@ -278,11 +278,12 @@ View parse_view(std::string_view option, std::string_view text, bool has_size) {
   if (*eye == *at) refuse(option, text, "the eye is where it looks at");
   view.eye = *eye;
   view.direction = {(*at)[0] - (*eye)[0], (*at)[1] - (*eye)[1], (*at)[2] - (*eye)[2]};
-  constexpr double kAlong = 1e-6; // far from what is refused below
-  const bool along_z = std::hypot(view.direction[0], view.direction[1]) <= kAlong * norm(view.direction);
-  view.up = up ? *up : along_z ? Point{0, 1, 0} : Point{0, 0, 1};
-  constexpr double kParallel = 1e-9;
-  if (!(norm(cross(view.direction, view.up)) > kParallel * norm(view.direction) * norm(view.up)))
+  const std::optional<Point> along = direction_of(view.direction);
+  if (!along) refuse(option, text, "the eye is too far from where it looks at");
+  constexpr double kAlong = 1e-6, kParallel = 1e-9; // what is taken is far from what is refused
+  view.up = up ? *up : std::hypot((*along)[0], (*along)[1]) <= kAlong ? Point{0, 1, 0} : Point{0, 0, 1};
+  const std::optional<Point> upward = direction_of(view.up);
+  if (!upward || !(norm(cross(*along, *upward)) > kParallel))
     refuse(option, text, "up must be another direction than that from the eye to at");
   return view;
 }

@@ -115,7 +115,7 @@ struct Extraction {
   double domain_error = 0;
   /// The same for parts of the mesh that the request names: in_focus[i] is of what meets Request::focus[i];
   /// at_values[i] of the tets whose values, widened by their own error, reach into Request::values[i]; in_view of what
-  /// meets the picture of Request::view.
+  /// meets the picture of Request::view. Blocks that were not read count as above: for values all of them.
   std::vector<PartErrors> in_focus;
   std::vector<PartErrors> at_values;
   std::optional<PartErrors> in_view;
