@@ -29,8 +29,7 @@ void check_options(const BuildOptions& options) {
   require(min_quality >= 0 && min_quality < 1, "the least quality must be in [0, 1)");
   require(options.max_star >= kLeastMaxStar && options.max_star <= kGreatestMaxStar,
           "the cap on the star must be in 8 .. 4096");
-  require(round_fraction_of(options) > 0 && round_fraction_of(options) <= 1,
-          "the part taken in a round must be in (0, 1]");
+  require(options.round_fraction > 0 && options.round_fraction <= 1, "the part taken in a round must be in (0, 1]");
   require(options.prediction != Prediction::kExact || options.evaluation == Evaluation::kExact,
           "a prediction that measures everywhere goes with an evaluation that does");
   require(options.prediction != Prediction::kSimulate || options.evaluation != Evaluation::kNone,

@@ -62,7 +62,7 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
                 limits_.domain()),
       candidates_(
           complex_, surface_, *predictor_.predictor, predictor_.quadrics, cost_, options.prediction,
-          round_fraction_of(options),
+          options.round_fraction,
           [this, min_quality = min_quality_of(options, prepared)] {
             return Trial(complex_, prepared_.points, removed_, exact_.get(), min_quality, options_.max_star);
           },

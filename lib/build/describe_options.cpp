@@ -60,7 +60,7 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
   if (options.prediction == Prediction::kSimulate || options.prediction == Prediction::kExact)
     described.emplace_back("objective", name_of(options.objective));
   described.emplace_back("max-star", std::to_string(options.max_star));
-  described.emplace_back("round-fraction", number_text(round_fraction_of(options)));
+  described.emplace_back("round-fraction", number_text(options.round_fraction));
   if (options.weld) described.emplace_back("weld", "yes");
   if (options.keep_order) described.emplace_back("keep-order", "yes");
   if (options.pieces > 1) described.emplace_back("pieces", std::to_string(options.pieces));
@@ -70,12 +70,6 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
 double min_quality_of(const BuildOptions& options, const PreparedMesh& prepared) {
   if (options.min_quality) return *options.min_quality;
   return std::min(kMinQuality, kOfFlatQuality * flat_quality(prepared));
-}
-
-double round_fraction_of(const BuildOptions& options) {
-  // Rounds half as large have better mean squares. They are paid for where few of the candidates that are measured are
-  // put back.
-  return options.round_fraction.value_or(options.prediction == Prediction::kExact ? 0.15 : 0.3);
 }
 
 } // namespace ptet::build

@@ -19,7 +19,4 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
 /// BuildOptions::min_quality, or what it is for this mesh where nobody says.
 [[nodiscard]] double min_quality_of(const BuildOptions& options, const PreparedMesh& prepared);
 
-/// BuildOptions::round_fraction, or what it is where nobody says.
-[[nodiscard]] double round_fraction_of(const BuildOptions& options);
-
 } // namespace ptet::build

@@ -117,9 +117,9 @@ struct BuildOptions {
   std::uint32_t max_star = 64;
   /// Collapses are made in rounds. Each looks at this part of the candidates, the best ones, in (0, 1], and makes those
   /// whose stars no other collapse of the round has touched. The smaller, the nearer to collapsing strictly by error;
-  /// the larger, the fewer rounds, and the fewer splits depend on one another. None: 0.15 where costs are measured
-  /// (Prediction::kExact), else 0.3.
-  std::optional<double> round_fraction;
+  /// the larger, the fewer rounds, and the fewer splits depend on one another. Half as large, where costs are measured
+  /// (Prediction::kExact), has some 3% smaller errors and takes a fifth more time.
+  double round_fraction = 0.3;
   /// In 1 .. kMostPieces. More than 1: the mesh is cut in so many pieces of equally many vertices. In a first pass each
   /// piece is collapsed by itself, one after the other, with its seams frozen; that takes memory for the mesh and for
   /// one piece's collapsing. In a second pass the seams and all that is left are collapsed together. The file depends

@@ -76,8 +76,7 @@ ptet_status ptet_builder_set_objective(ptet_builder* builder, ptet_objective obj
 ptet_status ptet_builder_set_min_quality(ptet_builder* builder, double quality, ptet_error** error);
 /* Cap on the tets and boundary faces around a vertex, in 8 .. 4096. At first 64. */
 ptet_status ptet_builder_set_max_star(ptet_builder* builder, uint32_t cells, ptet_error** error);
-/* The best part of the candidates that a round may take; in (0, 1]. At first 0.15 for "exact", 0.3 for other methods.
- */
+/* The best part of the candidates that a round may take; in (0, 1]. At first 0.3. */
 ptet_status ptet_builder_set_round_fraction(ptet_builder* builder, double fraction, ptet_error** error);
 /* 0, as at first: as many as the machine has. The bytes that come out do not depend on it. */
 ptet_status ptet_builder_set_threads(ptet_builder* builder, uint32_t threads, ptet_error** error);

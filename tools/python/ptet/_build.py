@@ -161,7 +161,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
           predict: str | None = None, evaluate: str | None = None, objective: str = "both",
           max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
           target_vertices: Count | float = 0.01, min_quality: float | None = None, max_star: int = 64,
-          round_fraction: float | None = None, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
+          round_fraction: float = 0.3, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
           weld: bool = False, keep_order: bool = False, source_name: str = "", source_hash: str = "",
           progress: Optional[ProgressCallback] = None) -> Built:
     """Simplifies a mesh, and keeps all its levels in one file.
@@ -188,8 +188,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
             that is less, a twentieth of what all tets of the mesh have but the flattest twentieth (of a thousandth of
             their median where that is more).
         max_star: cap on the tets and boundary faces around a vertex, 8 to 4096.
-        round_fraction: the best part of the candidates that a round may take, in (0, 1]; None: 0.15 where the
-            collapses are ordered by "exact", else 0.3.
+        round_fraction: the best part of the candidates that a round may take, in (0, 1]. Less has somewhat
+            smaller errors, and takes longer.
         threads: worker threads; 0: as many as the machine has. The bytes do not depend on it.
         memory_limit: the most resident memory, in bytes, that the process may come to; 0: no limit. A build that would
             take more is refused before it takes it (LimitError).
@@ -237,7 +237,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         names, bounds, parse_bound(max_domain_error, "max_domain_error"), target,
         None if min_quality is None else parse_number(min_quality, "min_quality"), prediction,
         evaluation, objective, as_whole(max_star, 8, 4096, "max_star"),
-        None if round_fraction is None else parse_number(round_fraction, "round_fraction"),
+        parse_number(round_fraction, "round_fraction"),
         as_whole(threads, 0, 1024, "threads"), as_whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
         as_whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,
         progress)

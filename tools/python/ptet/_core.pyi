@@ -29,7 +29,7 @@ def build(
     evaluation: str,
     objective: str,
     max_star: int,
-    round_fraction: float | None,
+    round_fraction: float,
     threads: int,
     memory_limit: int,
     pieces: int,

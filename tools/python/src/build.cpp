@@ -119,9 +119,9 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
                 const std::vector<std::tuple<std::string, double, bool>>& max_field_error,
                 const PlainBound& max_domain_error, double target_vertices, std::optional<double> min_quality,
                 const std::string& prediction, const std::string& evaluation, const std::string& objective,
-                std::uint32_t max_star, std::optional<double> round_fraction, unsigned threads,
-                std::uint64_t memory_limit, std::uint32_t pieces, bool weld, bool keep_order,
-                const std::string& source_name, const std::string& source_hash, const py::object& progress) {
+                std::uint32_t max_star, double round_fraction, unsigned threads, std::uint64_t memory_limit,
+                std::uint32_t pieces, bool weld, bool keep_order, const std::string& source_name,
+                const std::string& source_hash, const py::object& progress) {
   BuildOptions options;
   options.fields = govern;
   for (const auto& [field, value, relative] : max_field_error)
