@@ -54,8 +54,8 @@ public:
   }
 
 private:
-  /// Of one sign the subtraction is right modulo 2^64. Of two, each number is smaller than the difference: where that is
-  /// below kExactIntegers a double tells both.
+  /// Of one sign the subtraction is right modulo 2^64. Of two, each number is smaller than the difference: where that
+  /// is below kExactIntegers a double tells both.
   template <class A, class B>
   static double difference(A a, B b) {
     if (std::cmp_less(a, 0) != std::cmp_less(b, 0)) return static_cast<double>(a) - static_cast<double>(b);
