@@ -29,8 +29,9 @@ std::vector<Vec3> vertex_gradients(const WorkingComplex& complex, const std::vec
     if (complex.is_ghost(slot)) continue;
     const std::array<Point, 4> tet = corner_points(slot.v, positions);
     std::array<Vec3, 3> basis{};
-    // The gradient of a flat tet means nothing.
-    if (!(std::abs(shape_quality(tet[0], tet[1], tet[2], tet[3])) > 1e-9) || !barycentric_gradients(tet, basis))
+    const double scale = 1 / diagonal;
+    if (!has_gradient(scale * (tet[1] - tet[0]), scale * (tet[2] - tet[0]), scale * (tet[3] - tet[0])) ||
+        !barycentric_gradients(tet, basis))
       continue;
     std::array<double, 4> angle{};
     for (std::size_t i = 0; i < 4; ++i) {

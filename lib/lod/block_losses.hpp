@@ -29,7 +29,7 @@ public:
   /// They could be had after all.
   void forget(const std::vector<std::uint32_t>& blocks);
 
-  /// Blocks that are not to be tried now. Those whose bytes were wrong, twice, never are again. Those that could not be
+  /// Blocks that are not to be tried now. Those that are damaged never are again. Those that could not be
   /// read are tried at the next request; by the thread that loads in the background after a while, lest it does nothing
   /// else.
   [[nodiscard]] std::vector<std::uint32_t> hopeless() const;

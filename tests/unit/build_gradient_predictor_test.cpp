@@ -24,6 +24,14 @@ Fixture two_corners(double depth = 1) {
 
 } // namespace
 
+TEST_CASE("gradient predictor: needles have gradients", "[build][predictor]") {
+  Fixture needles = octahedron();
+  for (Point& p : needles.points)
+    p = {p[0], p[1] * 1e-6, p[2] * 1e-6};
+  const Scene scene(needles, scalars({1, 3, 5, 6, 2, 4, 10}));
+  CHECK(scene.field_error(make(scene), 6, 0) > 0.1);
+}
+
 TEST_CASE("solid angle: an octant, a thin and a flat one, and around a vertex", "[build][predictor]") {
   CHECK(build::solid_angle({0, 0, 0}, {1, 0, 0}, {0, 7, 0}, {0, 0, 0.1}) == Approx(kPi / 2));
   CHECK(build::solid_angle({0, 0, 0}, {0, 7, 0}, {1, 0, 0}, {0, 0, 0.1}) == Approx(kPi / 2));

@@ -1,7 +1,6 @@
 // Integers of 64 bits as differences to one of them.
 #include "mesh/value_offset.hpp"
 
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>

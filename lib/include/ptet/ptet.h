@@ -327,7 +327,7 @@ typedef struct ptet_block_failure {
   const char* message;
   uint64_t byte_offset; /* of the block in the file */
   uint32_t block;
-  ptet_status status; /* PTET_CORRUPT_FILE: its bytes were wrong, twice; PTET_IO_ERROR: later requests try again */
+  ptet_status status; /* PTET_CORRUPT_FILE: damaged, for good; PTET_IO_ERROR: later requests try again */
 } ptet_block_failure;
 
 ptet_status ptet_extraction_get_info(const ptet_extraction* extraction, ptet_extraction_info* info, ptet_error** error);

@@ -65,8 +65,8 @@ struct OpenOptions {
 struct BlockFailure {
   std::uint32_t block = 0;       ///< row of the block table
   std::uint64_t byte_offset = 0; ///< of the block in the file
-  /// kIo: later requests try again, see OpenOptions::background. kCorruptFile: the bytes were wrong, also when they
-  /// were read a second time, and the block is left out for good.
+  /// kIo: later requests try again, see OpenOptions::background. kCorruptFile: the block is damaged, and left out for
+  /// good; where its hash does not match it was read twice.
   ErrorCode code = ErrorCode::kCorruptFile;
   std::string message;
 };

@@ -35,8 +35,7 @@ class BlockFailure:
     Attributes:
         block: row of the block table.
         offset: of the block in the file, bytes.
-        retriable: reading failed, and later requests try again; else its bytes were wrong, twice,
-            and it is left out for good.
+        retriable: reading failed, and later requests try again; else the block is damaged, and left out for good.
         message: what went wrong.
     """
 
