@@ -21,6 +21,11 @@ namespace {
 
 using IndexPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
 
+/// What a distance to a cell is off by at most, as a fraction of that to its first corner, where the cell's rows are
+/// told to kWellShaped.
+constexpr double kFartherRounding = 1e-6;
+constexpr double kWellShaped = 1e-8;
+
 } // namespace
 
 /// The points that lie outside, by place.
@@ -64,6 +69,19 @@ double RemovedVertices::least_barycentric(const Cell& cell, const Point& p, std:
   return std::min({weight[0], weight[1], weight[2], weight[3]});
 }
 
+/// Whether the cell is farther from `p` than that, as the planes of its faces tell.
+bool RemovedVertices::is_farther(const Cell& cell, const Point& p, double distance) {
+  if (cell.flat || cell.shape > kWellShaped) return false;
+  const Vec3 d = p - cell.x[0];
+  const double beyond = distance + kFartherRounding * norm(d);
+  const auto separates = [&](double weight, const Vec3& row) {
+    return weight < 0 && weight * weight > beyond * beyond * dot(row, row);
+  };
+  const std::array<double, 3> weight{dot(cell.row[0], d), dot(cell.row[1], d), dot(cell.row[2], d)};
+  return separates(weight[0], cell.row[0]) || separates(weight[1], cell.row[1]) || separates(weight[2], cell.row[2]) ||
+         separates(1 - weight[0] - weight[1] - weight[2], cell.row[0] + cell.row[1] + cell.row[2]);
+}
+
 void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd,
                                Simulation& simulation) const {
   const Slot& s = complex.slot(slot);
@@ -81,8 +99,8 @@ void RemovedVertices::add_cell(const WorkingComplex& complex, SlotId slot, Verte
   const double det = dot(e1, n1);
   cell.flat = !(det > 0) || !std::isfinite(1 / det);
   if (cell.flat) return;
-  const double shape = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
-  cell.rounding = {shape / norm(e1), shape / norm(e2), shape / norm(e3)};
+  cell.shape = kShapeRounding * norm(e1) * norm(e2) * norm(e3) / det;
+  cell.rounding = {cell.shape / norm(e1), cell.shape / norm(e2), cell.shape / norm(e3)};
   cell.row = {(1 / det) * n1, (1 / det) * cross(e3, e1), (1 / det) * cross(e1, e2)};
 }
 
@@ -149,17 +167,30 @@ void RemovedVertices::hold(Vertex point, Simulation& simulation) const {
   const auto& cells = simulation.cells_;
   const Point& p = position(point);
   std::array<double, 4> weight{};
-  for (std::uint32_t c = 0; c < cells.size(); ++c) {
-    if (cells[c].flat || !(least_barycentric(cells[c], p, weight) >= kInsideTet)) continue;
-    hold_in(point, c, weight, false, simulation);
-    return;
-  }
-  ClosestOnTet nearest{{}, std::numeric_limits<double>::infinity()};
   std::uint32_t cell = 0;
+  double most = -std::numeric_limits<double>::infinity();
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    if (cells[c].flat) continue;
+    const double least = least_barycentric(cells[c], p, weight);
+    if (least >= kInsideTet) {
+      hold_in(point, c, weight, false, simulation);
+      return;
+    }
+    if (least > most) {
+      most = least;
+      cell = c;
+    }
+  }
+  // That one is likely to be the nearest, and most others lie beyond its distance.
+  ClosestOnTet nearest = closest_on_tet_surface(p, cells[cell].x);
+  double distance = std::sqrt(nearest.distance_sq);
+  const std::uint32_t likely = cell;
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    if (c == likely || is_farther(cells[c], p, distance)) continue;
     const ClosestOnTet on = closest_on_tet_surface(p, cells[c].x);
-    if (!(on.distance_sq < nearest.distance_sq)) continue;
+    if (!(on.distance_sq < nearest.distance_sq || (on.distance_sq == nearest.distance_sq && c < cell))) continue;
     nearest = on;
+    distance = std::sqrt(nearest.distance_sq);
     cell = c;
   }
   const bool is_outside = nearest.distance_sq > outside_distance_sq_;

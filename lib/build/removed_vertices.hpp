@@ -66,7 +66,8 @@ public:
       std::array<Vertex, 4> v;
       std::array<Point, 4> x;
       std::array<std::array<double, 3>, 3> row; ///< barycentrics 1..3 of p: row . (p - x[0])
-      std::array<double, 3> rounding{};         ///< of a barycentric 1..3, per length; see kShapeRounding
+      double shape = 0;                         ///< of the rows, as a fraction of them; see kShapeRounding
+      std::array<double, 3> rounding{};         ///< of a barycentric 1..3, per length
       double worst = 0;                         ///< error of any field at what it holds, unless that lies outside
       bool flat = false;
     };
@@ -97,6 +98,7 @@ private:
   using Cell = Simulation::Cell;
 
   [[nodiscard]] static double least_barycentric(const Cell& cell, const Point& p, std::array<double, 4>& weight);
+  [[nodiscard]] static bool is_farther(const Cell& cell, const Point& p, double distance);
   void add_cell(const WorkingComplex& complex, SlotId slot, Vertex vs, Vertex vd, Simulation& simulation) const;
   void hold(Vertex point, Simulation& simulation) const;
   void hold_in(Vertex point, std::uint32_t cell, const std::array<double, 4>& weight, bool is_outside,

@@ -1,8 +1,13 @@
 // Removed vertices and the field errors at them, by hand.
 #include "build/removed_vertices.hpp"
 #include "build_predictor_fixture.hpp"
+#include "mesh/closest_point.hpp"
 
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <optional>
+#include <random>
 
 #include <catch2/catch.hpp>
 
@@ -112,6 +117,47 @@ TEST_CASE("removed: a vertex left outside is compared with the closest point", "
   // The tip has 6; below it, on the edge 2 4, there is (1 + 3) / 2. The foot's 100 would blow up a linear extension.
   Holding h(f.points, scalars({6, 100, 1, 0, 3, 0}));
   CHECK(h.collapse(f, 0, 2) == Approx(0.04));
+}
+
+TEST_CASE("removed: of all tets a vertex left outside is compared with the nearest", "[build][removed]") {
+  constexpr std::uint32_t kRing = 8;
+  std::mt19937 random(7);
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  int seen = 0;
+  for (int round = 0; round < 400; ++round) {
+    // A tent over an uneven ring: tip 0, foot 1, and the tip goes to 2.
+    std::vector<Point> points{{between(-0.3, 0.3), between(-0.3, 0.3), 0.7}, {0, 0, -1}};
+    std::vector<double> values{0, 100};
+    std::vector<std::array<Vertex, 4>> tets;
+    for (std::uint32_t i = 0; i < kRing; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kRing, radius = between(0.6, 1.6);
+      points.push_back({radius * std::cos(angle), radius * std::sin(angle), between(-0.3, 0.5)});
+      values.push_back(between(0, 100));
+      tets.push_back({0, 1, 2 + i, 2 + (i + 1) % kRing});
+    }
+    Fixture f(points, tets, Ghosts::kNone);
+    if (CollapseCheck(f.complex, f.points, 0, 64).examine(0, 2) != CollapseStatus::kAccepted) continue;
+    double least = std::numeric_limits<double>::infinity();
+    double expected = 0;
+    for (std::uint32_t i = 1; i + 1 < kRing; ++i) {
+      const std::array<Vertex, 4> corners{2, 1, 2 + i, 3 + i};
+      const ClosestOnTet on = closest_on_tet_surface(
+          points[0], {points[corners[0]], points[corners[1]], points[corners[2]], points[corners[3]]});
+      if (!(on.distance_sq < least)) continue;
+      least = on.distance_sq;
+      expected = 0;
+      for (std::size_t k = 0; k < 4; ++k)
+        expected += on.weight[k] * values[corners[k]];
+    }
+    Holding h(f.points, scalars(values));
+    const double error = h.collapse(f, 0, 2);
+    if (least < 1e-6) continue; // it may as well lie inside
+    CHECK(error == Approx(expected / 100));
+    ++seen;
+  }
+  CHECK(seen > 100);
 }
 
 TEST_CASE("removed: a simulation alone changes nothing", "[build][removed]") {
