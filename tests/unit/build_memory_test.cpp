@@ -223,6 +223,44 @@ TEST_CASE("memory limit: a process that comes near it ends the build between two
   CHECK(test::read_bytes(folder / "mesh.ptet") == whole);
 }
 
+TEST_CASE("memory limit: what the end of a build says of its checkpoint is about the last one") {
+  const TetMesh mesh = test::grid({});
+  BuildOptions options; // a few dozen rounds, and of each the end is told
+  options.target_vertices = 0.2;
+  BuildReport report;
+  (void)build_memory(mesh, options, &report);
+  const bool last_fails = GENERATE(false, true);
+  CAPTURE(last_fails);
+  const test::TempFolder folder;
+  const std::string of_checkpoint = folder / "kept";
+  options.memory_limit = report.foreseen_memory_bytes + 100'000'000;
+  options.checkpoint.path = of_checkpoint + "/ckpt";
+  options.checkpoint.every_seconds = 0;
+  std::filesystem::create_directory(of_checkpoint);
+  std::vector<char> ballast; // of somebody else in the process
+  std::uint64_t last_done = 0;
+  int rounds = 0;
+  const auto grow = [&](const Progress& progress) {
+    if (progress.stage != "collapsing" || progress.done <= last_done) return true;
+    last_done = progress.done;
+    ++rounds;
+    // The folder goes after the first round or the third. Then the limit is near.
+    if (rounds == (last_fails ? 3 : 1)) std::filesystem::remove_all(of_checkpoint);
+    if (rounds == 3 && !last_fails) std::filesystem::create_directory(of_checkpoint);
+    if (rounds == 3) ballast.assign(400'000'000, 1);
+    return true;
+  };
+  try {
+    build_file(mesh, folder / "mesh.ptet", options, {}, {}, grow);
+    FAIL("was not ended");
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    CAPTURE(message);
+    CHECK((message.find("a checkpoint could not be written") != std::string::npos) == last_fails);
+    CHECK((message.find("what was done is in the checkpoint") != std::string::npos) == !last_fails);
+  }
+}
+
 TEST_CASE("memory limit: says what would help") {
   build::BuildCounts counts{200'000, 1'000'000, 40'000, 32, 3, 5};
   BuildOptions options;
