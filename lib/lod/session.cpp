@@ -100,7 +100,7 @@ public:
     }
     Extraction extraction = extract_cut(
         hierarchy_, {applied_, applied_count_, cut_->read(), cut_->missing(), result_.limited_by}, request_);
-    extraction.complete = is_all_there();
+    extraction.complete = !lacks_blocks_;
     extraction.failures = failures_;
     extraction.bytes_read = hierarchy_.bytes_read();
     extraction.read_requests = hierarchy_.read_requests();
@@ -235,6 +235,7 @@ private:
     result_.covered = errors_->covered();
     result_.domain_error = errors_->domain_error();
     failures_.clear();
+    lacks_blocks_ = false;
     result_.limited_by = !result_.complete                   ? LimitedBy::kTime
                          : cut_->is_stopped_by_budget()      ? LimitedBy::kBudget
                          : applied_count_ == applied_.size() ? LimitedBy::kNothing
@@ -245,6 +246,7 @@ private:
     result_.complete = false;
     failures_ = std::move(shortfall.failures);
     result_.failures = failures_;
+    lacks_blocks_ = !cut_->is_out_of_time() || !failures_.empty();
   }
 
   std::shared_ptr<const Dataset> dataset_;
@@ -260,6 +262,7 @@ private:
   std::uint32_t applied_count_ = 0;
   SessionUpdate result_;
   std::vector<BlockFailure> failures_;
+  bool lacks_blocks_ = false; ///< that could not be had; there may be others that there was no time for
   BlockSet pinned_;
   bool is_told_ = false;
   std::vector<std::uint32_t> collapses_, splits_;

@@ -271,6 +271,28 @@ TEST_CASE("a session without time stops at a mesh, and gets there in the end") {
   }
 }
 
+TEST_CASE("blocks that a session had no time to read are not missing") {
+  for (const Sample& sample : samples()) {
+    INFO(sample.name);
+    const bool has_budget = GENERATE(false, true);
+    CAPTURE(has_budget);
+    const auto shared = Dataset::open_memory(sample.bytes);
+    Session session(shared);
+    Request request;
+    request.max_milliseconds = 0;
+    if (has_budget) request.max_tets = shared->info().tets;
+    int stopped = 0;
+    while (!session.update(request).complete) {
+      REQUIRE(++stopped < 10'000);
+      const Extraction now = session.extraction();
+      CHECK(now.complete);
+      CHECK(now.failures.empty());
+      CHECK(now.limited_by == LimitedBy::kTime);
+    }
+    CHECK(stopped > 3);
+  }
+}
+
 TEST_CASE("sessions of many threads share a dataset") {
   for (const Sample& sample : samples()) {
     INFO(sample.name);
