@@ -121,8 +121,8 @@ void code_uncovered(Coder& coder, const Schema& schema, BlockState& state, Conte
   uncovered = static_cast<SquaredErrorCode>(negative ? -value : value);
 }
 
-/// How coarse the mesh was when the collapse was made: coded by how much less it is than the least of the parents' and
-/// `largest`, that of the block.
+/// When budgets undo the collapse (record/order_code.hpp): coded by how much less it is than the least of the parents'
+/// and `largest`, that of the block.
 template <class Coder>
 void code_order(Coder& coder, const Schema& schema, std::uint32_t largest, Content& content, RecordId r) {
   std::uint32_t most = largest;

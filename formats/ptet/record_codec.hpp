@@ -8,7 +8,7 @@
 //   errors     own, and how much more the finer records that depend on it have
 //   squared    what the collapse raised the mean square errors by, predicted from the own error and the star's volume,
 //              and what it uncovered, predicted from what its tets lost
-//   order      how coarse the mesh was when the collapse was made, below that of the parents
+//   order      when budgets undo the collapse, below that of the parents
 //
 // Everything used to predict is the same in every closed set of loaded blocks.
 #pragma once
@@ -21,6 +21,7 @@
 #include "mesh/large_pages.hpp"
 #include "mesh/scalar_dispatch.hpp"
 #include "mesh/vec3.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <array>
@@ -467,7 +468,7 @@ inline double RecordCodec::six_volumes(const Content& content, const Point& apex
 inline double RecordCodec::six_star_volumes(const Content& content, RecordId r) const {
   double sum = 0;
   for (std::uint32_t k = 0; k < content.refinement.fine_count(r); ++k)
-    if (const Tet& tet = content.refinement.tet(content.refinement.fine_place(r, k)); !Refinement::is_ghost(tet))
+    if (const Tet& tet = content.refinement.tet(content.refinement.fine_place(r, k)); !is_ghost(tet))
       sum += six_volumes(content, v_position_, tet);
   return sum;
 }
@@ -477,7 +478,7 @@ inline double RecordCodec::six_volumes_lost(const Content& content, RecordId r) 
   double sum = 0;
   for (std::uint32_t k = 0; k < content.refinement.fine_count(r); ++k) {
     const Tet& tet = content.refinement.tet(content.refinement.fine_place(r, k));
-    if (Refinement::is_ghost(tet)) continue;
+    if (is_ghost(tet)) continue;
     sum += six_volumes(content, v_position_, tet);
     if (std::find(tet.begin(), tet.end(), target_) == tet.end()) sum -= six_volumes(content, u_position_, tet);
   }

@@ -4,6 +4,7 @@
 #include "ptet/build.hpp"
 #include "ptet/dataset.hpp"
 #include "ptet/session.hpp"
+#include "support/brute_force.hpp"
 #include "support/file_parts.hpp"
 #include "support/loading_sample.hpp"
 #include "support/meshes.hpp"
@@ -627,6 +628,7 @@ TEST_CASE("origins tell errors, levels and generations") {
     }
     if (f < fields) CHECK(most == answer.field_error[f]);
   }
+  const std::vector<std::size_t> places = places_in_budgets(s.stream);
   std::vector<double> generations(values.size());
   dataset->origin_values(answer.made_by, OriginValue::kLevel, 0, values);
   dataset->origin_values(answer.made_by, OriginValue::kGeneration, 0, generations);
@@ -634,9 +636,9 @@ TEST_CASE("origins tell errors, levels and generations") {
     const RecordId r = answer.made_by[t];
     CHECK((values[t] == 0) == r.is_none());
     if (r.is_none()) continue;
-    const std::size_t collapses_before = brought.at(s.to_original[s.base_vertices + r.index()]);
-    const auto vertices = static_cast<double>(dataset->info().vertices);
-    const double share = (vertices - static_cast<double>(collapses_before)) / vertices;
+    const std::size_t place = places.at(brought.at(s.to_original[s.base_vertices + r.index()]));
+    const double share =
+        static_cast<double>(s.base_vertices + place + 1) / static_cast<double>(dataset->info().vertices);
     CHECK(share <= std::pow(2.0, 1 - values[t]));
     CHECK(share >= std::pow(2.0, -values[t]));
     CHECK(generations[t] >= 0);

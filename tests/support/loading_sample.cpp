@@ -54,6 +54,7 @@ LoadingSample make_sample(TetMesh mesh) {
   s.mesh = std::move(mesh);
   s.stream = simplify_naively(s.mesh);
   add_random_squared_errors(s.stream, 3);
+  add_budget_weights(s.stream);
   s.facts = examine(s.mesh);
   s.bytes = file::encode(s.mesh, s.stream, {});
   file::Reader reader(file::over_memory(s.bytes));

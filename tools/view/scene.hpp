@@ -28,7 +28,7 @@ enum class Show : std::uint8_t { kSurface, kCells, kSlice, kIsosurface, kVolume 
 enum class ColourKind : std::uint8_t {
   kField,
   kError, ///< of the collapse that made the tet, the largest of all fields, percent of a field's range; originals: 0
-  kLevel, ///< 0: original; n: made when the mesh was down to between 1/2^(n-1) and 1/2^n of its vertices
+  kLevel, ///< as OriginValue has it; originals: 0
 };
 
 struct ColourBy {

@@ -151,7 +151,7 @@ struct UnmetWishes {
 enum class OriginValue {
   kFieldError,  ///< largest error of a governing field among the tets that the record made, field units
   kDomainError, ///< likewise of the boundary faces, mesh units
-  /// n: when the builder made the collapse, the mesh had between 1/2^n and 1/2^(n-1) of its vertices left
+  /// n: a budget undoes the collapse when it has room for between 1/2^n and 1/2^(n-1) of the vertices of the original
   kLevel,
   kGeneration, ///< how many splits must be made, one after the other, before that of the record
 };

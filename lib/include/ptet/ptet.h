@@ -205,7 +205,7 @@ ptet_status ptet_dataset_wait_until_loaded(const ptet_dataset* dataset, ptet_pro
  * fraction of the field's range (the diagonal): 0.01 is 1%. */
 ptet_request* ptet_request_new(void); /* NULL when memory is out */
 void ptet_request_free(ptet_request* request);
-/* Empties it. */
+/* Empties it. No condition is taken back by itself: who changes one clears the request and fills it anew. */
 ptet_status ptet_request_clear(ptet_request* request, ptet_error** error);
 
 /* The error of `field` may be at most this; "" or NULL: of every governing field. */
@@ -370,7 +370,7 @@ typedef int32_t ptet_origin_value;
 enum {
   PTET_ORIGIN_FIELD_ERROR = 0,  /* largest error of the field among the tets that the record made, field units */
   PTET_ORIGIN_DOMAIN_ERROR = 1, /* likewise of the boundary faces, mesh units */
-  PTET_ORIGIN_LEVEL = 2,        /* n: the mesh was down to between 1/2^(n-1) and 1/2^n of its vertices */
+  PTET_ORIGIN_LEVEL = 2,        /* n: a budget undoes the collapse from 1/2^n to 1/2^(n-1) of the vertices on */
   PTET_ORIGIN_GENERATION = 3    /* how many splits must be made one after the other before that of the record can be */
 };
 /* Fills `values` for `count` records as ptet_extraction_made_by and ptet_session_made_by have them: 0 for original tets
