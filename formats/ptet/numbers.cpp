@@ -25,10 +25,6 @@ DecimalRanking::DecimalRanking(ScalarType type, unsigned digits)
     beyond_[static_cast<std::size_t>(exponent + kMaxExponent)] = scale_by_ten(kPowerOfTen[digits], exponent);
 }
 
-unsigned DecimalRanking::bits() const {
-  return static_cast<unsigned>(std::bit_width(static_cast<std::uint64_t>(2 * kExponents * decade_))) + 1;
-}
-
 std::int64_t DecimalRanking::nearest(double value) const {
   const double magnitude = value < 0 ? -value : value;
   const auto first = static_cast<double>(first_);

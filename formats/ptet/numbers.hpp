@@ -104,8 +104,6 @@ public:
   DecimalRanking(ScalarType type, unsigned digits);
   [[nodiscard]] static unsigned max_digits(ScalarType type) { return type == ScalarType::kFloat32 ? 7 : 12; }
 
-  /// Number of bits that hold any difference of two ranks.
-  [[nodiscard]] unsigned bits() const;
   /// The decimal rank of the nearest decimal to `value`; of the last one beyond the range, 0 for NaN.
   [[nodiscard]] std::int64_t nearest(double value) const;
   /// The value rank of a decimal rank. No value when the decimal rank is out of range.

@@ -8,6 +8,7 @@
 #include "mesh/prepare.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -101,7 +102,7 @@ public:
     for (std::uint32_t k = 0; k < refinement.modified(r).size(); ++k) {
       const auto [a, b, c] = refinement.link_triangle(r, k);
       const Tet coarse{refinement.target(r), a, b, c};
-      if (Refinement::is_ghost(coarse))
+      if (is_ghost(coarse))
         measured.distance = std::max(measured.distance, distance_of(coarse, enough));
       else
         add(coarse, measured.errors, 1);
@@ -111,7 +112,7 @@ public:
     std::uint32_t number = versions_.number(r, 0);
     for (const Tet& fine : refinement.fine_tets(r)) {
       const RecordId creator = versions_.creator(number++);
-      if (Refinement::is_ghost(fine))
+      if (is_ghost(fine))
         moves_boundary = true;
       else if (creator.is_none()) // an original one: no error, all covered
         add_volume(fine, -1);

@@ -8,6 +8,7 @@
 #include "mesh/governing.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -325,7 +326,7 @@ void check_orientations(Verified& verified, Teller& tell, const ProgressCallback
   verified.is_oriented = true;
   versions.each([&](std::uint32_t number, RecordId maker, const Tet& tet) {
     if (number % kBatch == 0) go_on(progress, "checking orientations", number, content.refinement.version_count());
-    if (Refinement::is_ghost(tet)) return;
+    if (is_ghost(tet)) return;
     const int sign = orientation_of(content, tet);
     if (sign > 0) return;
     const auto wrong = [&](const char* what) {
@@ -406,7 +407,7 @@ TetMesh finest_mesh(const Content& content) {
   mesh.point_arrays = content.arrays;
   const Refinement& refinement = content.refinement;
   for (std::uint32_t place = 0; place < refinement.place_count(); ++place)
-    if (!Refinement::is_ghost(refinement.tet(place))) mesh.tets.push_back(refinement.tet(place));
+    if (!is_ghost(refinement.tet(place))) mesh.tets.push_back(refinement.tet(place));
   return mesh;
 }
 

@@ -3,6 +3,7 @@
 #include "build/mesh_scales.hpp"
 #include "error/tolerances.hpp"
 #include "ptet/error.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -96,10 +97,6 @@ private:
   std::vector<Tet> versions_;
   std::vector<std::size_t> begin_{0}; ///< by record of the batch, and the end
 };
-
-bool is_ghost(const Tet& tet) {
-  return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
-}
 
 } // namespace
 

@@ -26,8 +26,6 @@ struct ptet_bytes {
 
 namespace {
 
-constexpr std::uint32_t kMaxComponents = 1024;
-
 static_assert(PTET_PREDICT_EXACT == static_cast<int>(Prediction::kExact));
 static_assert(PTET_EVALUATE_EXACT == static_cast<int>(Evaluation::kExact));
 static_assert(PTET_OBJECTIVE_BOTH == static_cast<int>(Objective::kBoth));
@@ -123,9 +121,9 @@ ptet_status ptet_builder_add_field(ptet_builder* builder, const char* name, ptet
     if (!to.has_points) refuse("the builder must have its points before field '" + named + "'");
     if (named.empty()) refuse("the name of the field is empty");
     if (to.mesh.find(named) != nullptr) refuse("the builder has a field '" + named + "' already");
-    if (components == 0 || components > kMaxComponents)
+    if (components == 0 || components > kMostComponents)
       refuse("field '" + named + "' has " + std::to_string(components) + " components; 1 to " +
-             std::to_string(kMaxComponents) + " can be stored");
+             std::to_string(kMostComponents) + " can be stored");
     const std::size_t rows = to.mesh.vertex_count();
     if (rows > 0) (void)required(static_cast<const std::byte*>(values), "the array of the field");
     to.mesh.point_arrays.push_back(copy_array(name, type, components, rows, values));

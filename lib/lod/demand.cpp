@@ -3,6 +3,7 @@
 #include "lod/region.hpp"
 #include "lod/star.hpp"
 #include "mesh/scalar_dispatch.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <cmath>

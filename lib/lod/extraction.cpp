@@ -6,6 +6,7 @@
 #include "mesh/large_pages.hpp"
 #include "mesh/rows.hpp"
 #include "record/dependency_order.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <cmath>

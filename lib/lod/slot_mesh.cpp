@@ -3,6 +3,7 @@
 #include "lod/replace_corner.hpp"
 #include "lod/star.hpp"
 #include "mesh/large_pages.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <cstring>

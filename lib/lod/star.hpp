@@ -6,7 +6,6 @@
 
 #include "lod/hierarchy.hpp"
 
-#include <algorithm>
 #include <array>
 #include <span>
 
@@ -43,17 +42,6 @@ template <class F>
 template <class F>
 [[nodiscard]] bool any_in_star(const Refinement& refinement, RecordId r, F&& f) {
   return any_coarse(refinement, r, f) || any_fine(refinement, r, f);
-}
-
-[[nodiscard]] inline bool is_ghost(const Tet& tet) {
-  return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
-}
-
-/// The face that a ghost stands for, seen from outside: `dummy` is the corner without a point, and (dummy, a, c, b) an
-/// even permutation of the ghost.
-template <class Id>
-[[nodiscard]] std::array<Id, 3> face_of_ghost(const std::array<Id, 4>& ghost, std::size_t dummy) {
-  return {ghost[dummy ^ 1U], ghost[dummy ^ 3U], ghost[dummy ^ 2U]};
 }
 
 /// The points at the corners of a tet, or of the face that a ghost stands for.

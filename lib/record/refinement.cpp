@@ -1,5 +1,7 @@
 #include "record/refinement.hpp"
 
+#include "record/ghost.hpp"
+
 #include <algorithm>
 #include <tuple>
 #include <utility>
@@ -83,6 +85,8 @@ Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_cou
   base_tets_.assign(base_tets.begin(), base_tets.end());
   base_tets = std::vector<Tet>();
   close_boundary();
+  if (live_.size() >= kMaxLive)
+    throw Error(ErrorCode::kLimit, "the base mesh is too large: more tets and boundary faces than can be refined");
   for (std::uint32_t place = 0; place < base_place_count(); ++place)
     live_[place].tet = base_tets_[place];
   version_count_ = base_place_count();

@@ -39,7 +39,6 @@ namespace ptet {
 /// oriented in this order: det(a-u, b-u, c-u) > 0. Any of a, b, c may be kDummyVertex.
 struct GrowthFace {
   VertexId u, a, b, c;
-  std::uint32_t region_size; ///< tets in the region so far
   /// Place of the tet behind the face, to be used by the writer's oracle only (see above). A face with nothing behind
   /// (the boundary closes nowhere at a non-manifold edge) is not asked about: the region ends there.
   std::uint32_t behind;
@@ -168,8 +167,6 @@ public:
   [[nodiscard]] std::uint32_t added_tet_count(RecordId r) const {
     return rim_vertex_count(r.index()) - (rim_size_[r.index()] % 2 != 0 ? 2 : 0);
   }
-  [[nodiscard]] static bool is_ghost(const Tet& tet) { return corner_of(tet, kDummyVertex) != 4; }
-
   // What stands in a place now; not when settled.
   [[nodiscard]] const Tet& tet(std::uint32_t place) const { return live_[place].tet; }
   /// The record whose split put it there; none for one of the base.
@@ -310,7 +307,8 @@ private:
   [[nodiscard]] static std::uint32_t corner_of(const Tet& tet, VertexId v) {
     return tet[0] == v ? 0 : tet[1] == v ? 1 : tet[2] == v ? 2 : tet[3] == v ? 3 : 4;
   }
-  [[nodiscard]] static GrowthFace growth_face(const Tet& tet, std::uint32_t u_corner, std::uint32_t opposite);
+  [[nodiscard]] static GrowthFace growth_face(const Tet& tet, std::uint32_t u_corner, std::uint32_t opposite,
+                                              std::uint32_t behind);
 
   std::uint32_t base_vertex_count_ = 0;
   std::uint32_t base_tet_count_ = 0;
@@ -347,13 +345,14 @@ private:
   std::vector<VertexId> link_;
 };
 
-inline GrowthFace Refinement::growth_face(const Tet& tet, std::uint32_t u_corner, std::uint32_t opposite) {
+inline GrowthFace Refinement::growth_face(const Tet& tet, std::uint32_t u_corner, std::uint32_t opposite,
+                                          std::uint32_t behind) {
   // The two other corners, in the order that makes (u, a, b, c) an even permutation of the tet.
   static constexpr std::array<std::array<std::uint8_t, 4>, 4> kA = {
       {{0, 2, 3, 1}, {3, 1, 0, 2}, {1, 3, 2, 0}, {2, 0, 1, 3}}};
   const std::uint32_t a = kA[u_corner][opposite];
   const std::uint32_t b = 6 - u_corner - opposite - a;
-  return {tet[u_corner], tet[a], tet[b], tet[opposite], 0, kNoPlace};
+  return {tet[u_corner], tet[a], tet[b], tet[opposite], behind};
 }
 
 inline void Refinement::join_region(std::uint32_t place) {
@@ -376,10 +375,8 @@ void Refinement::split(RecordId r, VertexId target, std::span<const std::uint32_
     for (std::uint32_t corner = 0; corner < 4; ++corner) {
       const std::uint32_t behind = live_[tet.place].neighbour[corner];
       if (corner == tet.u_corner || behind == kNoPlace || live_[behind].split == current) continue;
-      GrowthFace face = growth_face(live_[tet.place].tet, tet.u_corner, corner);
-      face.region_size = static_cast<std::uint32_t>(region_.size());
-      face.behind = behind;
-      if (!joins(static_cast<const GrowthFace&>(face))) continue;
+      const GrowthFace face = growth_face(live_[tet.place].tet, tet.u_corner, corner, behind);
+      if (!joins(face)) continue;
       if (region_.size() == kMaxRegion) fail(r, "its region has too many tets");
       join_region(behind);
     }

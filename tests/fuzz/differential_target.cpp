@@ -5,6 +5,7 @@
 #include "fuzz/fuzzed_requests.hpp"
 #include "fuzz/targets.hpp"
 #include "ptet/session.hpp"
+#include "record/ghost.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/session_checks.hpp"
 
@@ -55,7 +56,7 @@ public:
   [[nodiscard]] std::vector<Tet> tets() const {
     std::vector<Tet> present;
     each_there([&](RecordId, const Tet& tet) {
-      if (!Refinement::is_ghost(tet)) present.push_back(test::sorted_keeping_orientation(tet));
+      if (!is_ghost(tet)) present.push_back(test::sorted_keeping_orientation(tet));
     });
     std::sort(present.begin(), present.end());
     return present;
@@ -67,7 +68,7 @@ public:
     each_there([&](RecordId maker, const Tet& tet) {
       if (maker.is_none()) return;
       for (std::size_t i = 0; i < largest.size(); ++i)
-        if (Refinement::is_ghost(tet) == (i + 1 == largest.size())) largest[i] = std::max(largest[i], error(maker, i));
+        if (is_ghost(tet) == (i + 1 == largest.size())) largest[i] = std::max(largest[i], error(maker, i));
     });
     return largest;
   }

@@ -1,6 +1,7 @@
 // The stated field errors hold at every point, not only at vertices: random points of every version against the
 // original mesh, found by looking at all of its tets.
 #include "build/builder.hpp"
+#include "record/ghost.hpp"
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
 #include "support/versions.hpp"
@@ -35,10 +36,6 @@ std::array<Point, 4> corners_of(const Built& built, const Tet& tet) {
   for (std::size_t i = 0; i < 4; ++i)
     corners[i] = built.prepared.points[tet[i].index()];
   return corners;
-}
-
-bool is_ghost(const Tet& tet) {
-  return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
 }
 
 Point random_point_in(const std::array<Point, 4>& corners, std::mt19937& random) {

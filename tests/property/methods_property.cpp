@@ -3,6 +3,7 @@
 #include "build/certify.hpp"
 #include "formats/ptet/writer.hpp"
 #include "ptet/dataset.hpp"
+#include "record/ghost.hpp"
 #include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
@@ -168,10 +169,6 @@ double interpolated(const PointArray& field, std::uint32_t c, const Tet& tet, co
   for (std::size_t i = 0; i < 4; ++i)
     value += weight[i] * field.value(tet[i].index(), c);
   return value;
-}
-
-bool is_ghost(const Tet& tet) {
-  return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
 }
 
 double recorded_error(const RecordStream& stream, std::size_t maker, std::size_t f) {

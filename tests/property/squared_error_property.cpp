@@ -3,6 +3,7 @@
 #include "build/builder.hpp"
 #include "build/mesh_scales.hpp"
 #include "error/exact_field_error.hpp"
+#include "record/ghost.hpp"
 #include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
@@ -30,10 +31,6 @@ std::vector<double> channels_of(const TetMesh& mesh) {
         values.push_back(array.value(v, c));
     }
   return values;
-}
-
-bool is_ghost(const Tet& tet) {
-  return std::find(tet.begin(), tet.end(), kDummyVertex) != tet.end();
 }
 
 using Sums = std::array<double, 3>;

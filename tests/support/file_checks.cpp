@@ -1,6 +1,7 @@
 #include "support/file_checks.hpp"
 
 #include "formats/ptet/writer.hpp"
+#include "record/ghost.hpp"
 #include "support/brute_force.hpp"
 #include "support/mesh_checks.hpp"
 
@@ -169,7 +170,7 @@ TetMesh present_mesh(const file::Content& content) {
   mesh.positions = content.positions;
   mesh.point_arrays = content.arrays;
   for (std::uint32_t place = 0; place < content.refinement.place_count(); ++place)
-    if (const Tet& tet = content.refinement.tet(place); !Refinement::is_ghost(tet)) mesh.tets.push_back(tet);
+    if (const Tet& tet = content.refinement.tet(place); !is_ghost(tet)) mesh.tets.push_back(tet);
   return mesh;
 }
 

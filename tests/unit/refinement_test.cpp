@@ -1,3 +1,4 @@
+#include "record/ghost.hpp"
 #include "record/refinement.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
@@ -80,7 +81,7 @@ void split_single_tet(Refinement& r, std::vector<GrowthFace>& asked) {
   const std::uint32_t seed = 0;
   r.split(RecordId{0}, VertexId{0}, std::span(&seed, 1), [&](const GrowthFace& face) {
     asked.push_back(face);
-    return Refinement::is_ghost(r.tet(face.behind)) && face.c == VertexId{3};
+    return is_ghost(r.tet(face.behind)) && face.c == VertexId{3};
   });
 }
 
@@ -131,7 +132,6 @@ TEST_CASE("refinement: a split of the single tet") {
     CHECK(asked[i].u == VertexId{0});
     const Tet seen = test::sorted_keeping_orientation({asked[i].u, asked[i].a, asked[i].b, asked[i].c});
     CHECK(seen == test::sorted_keeping_orientation(i < 3 ? tet(0, 1, 2, 3) : tet(0, 2, 1, kW)));
-    CHECK(asked[i].region_size <= 2);
   }
 }
 
@@ -212,7 +212,7 @@ TEST_CASE("refinement: regions that are no disk are refused") {
   for (std::uint32_t place = 0; place < base.place_count(); ++place) {
     const Tet& corners = base.tet(place);
     if (std::count(corners.begin(), corners.end(), VertexId{0}) == 1)
-      (Refinement::is_ghost(corners) ? ghosts : tets).push_back(place);
+      (is_ghost(corners) ? ghosts : tets).push_back(place);
   }
   REQUIRE(tets.size() == 6);
   REQUIRE(ghosts.size() == 6);
@@ -257,7 +257,7 @@ TEST_CASE("refinement: a disk and a closed surface are no region, though their r
     const Tet& corners = base.tet(place);
     if (std::count(corners.begin(), corners.end(), shared[0]) == 0) continue;
     if (is_of(corners, mesh.tets[0])) sphere.push_back(place);
-    if (is_of(corners, mesh.tets[1]) && !Refinement::is_ghost(corners)) disk.push_back(place);
+    if (is_of(corners, mesh.tets[1]) && !is_ghost(corners)) disk.push_back(place);
   }
   REQUIRE(sphere.size() == 4);
   REQUIRE(disk.size() == 1);
@@ -277,8 +277,7 @@ TEST_CASE("refinement: a split may wait for others, which are parents then like 
     const std::uint32_t seed = find(r, tet(0, 1, 2, 3));
     r.split(
         RecordId{record}, VertexId{0}, std::span(&seed, 1),
-        [&](const GrowthFace& face) { return Refinement::is_ghost(r.tet(face.behind)) && face.c == VertexId{3}; },
-        others);
+        [&](const GrowthFace& face) { return is_ghost(r.tet(face.behind)) && face.c == VertexId{3}; }, others);
   };
   CHECK(code_of([&] { split(0, {RecordId{1}}); }) == ErrorCode::kCorruptFile);
   CHECK(code_of([&] { split(0, {RecordId{0}}); }) == ErrorCode::kCorruptFile);
@@ -291,8 +290,7 @@ TEST_CASE("refinement: a split may wait for others, which are parents then like 
     const std::uint32_t seed = r.fine_place(RecordId{record - 1}, 0);
     r.split(
         RecordId{record}, r.vertex_of(RecordId{record - 1}), std::span(&seed, 1),
-        [&](const GrowthFace& face) { return Refinement::is_ghost(r.tet(face.behind)) && face.c == VertexId{3}; },
-        others);
+        [&](const GrowthFace& face) { return is_ghost(r.tet(face.behind)) && face.c == VertexId{3}; }, others);
     return std::vector(r.parents(RecordId{record}).begin(), r.parents(RecordId{record}).end());
   };
   CHECK(split_again(1, {RecordId{0}, RecordId{0}}) == std::vector{RecordId{0}});
@@ -311,8 +309,11 @@ TEST_CASE("refinement: what is kept when settled is what was there") {
     INFO(wanted);
     Refinement r(tets, kNew, 1);
     const std::uint32_t seed = 0;
+    std::uint32_t region_size = 1;
     r.split(RecordId{0}, VertexId{0}, std::span(&seed, 1), [&](const GrowthFace& face) {
-      return !Refinement::is_ghost(r.tet(face.behind)) && face.region_size < wanted;
+      if (is_ghost(r.tet(face.behind)) || region_size == wanted) return false;
+      ++region_size;
+      return true;
     });
     REQUIRE(r.validate().empty());
     REQUIRE(r.modified(RecordId{0}).size() == wanted);

@@ -361,7 +361,9 @@ void add_method(CLI::App& command, Arguments& arguments) {
           "original tets, and at removed vertices), vertices\n(these only: fast, and no bound in between) or none\n"
           "(as predicted); alone: with --predict quadric")
       ->option_text("HOW");
-  command.add_option("--max-star", arguments.max_star, "most tets around a vertex after a collapse (64)")
+  command
+      .add_option("--max-star", arguments.max_star,
+                  "most tets and boundary faces around a vertex after\na collapse (64)")
       ->option_text("N");
 }
 

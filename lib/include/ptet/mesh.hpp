@@ -36,6 +36,9 @@ enum class ScalarType : std::uint8_t {
 /// "float32", "uint8" and so on.
 [[nodiscard]] const char* name_of(ScalarType type);
 
+/// A row has at least one component, and at most so many.
+inline constexpr std::uint32_t kMostComponents = 1024;
+
 /// A table of numbers: `size()` rows of `components` scalars of one type, row after row without gaps, in the machine's
 /// byte order. In a mesh, row v is that of vertex v.
 struct PointArray {

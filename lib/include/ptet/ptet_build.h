@@ -55,7 +55,8 @@ ptet_status ptet_builder_add_field(ptet_builder* builder, const char* name, ptet
 
 /* ---- Options. Whether a number makes sense is found by the build. ---- */
 
-/* The field's errors are kept small and stated. When it is called for none: those of every floating-point field. */
+/* The field's errors are kept small and stated. When it is called for none: those of every floating-point field,
+ * and if there is none of every field. */
 ptet_status ptet_builder_add_governing_field(ptet_builder* builder, const char* name, ptet_error** error);
 /* No collapse may have a larger error of the field, a governing one; "" or NULL: of any governing one. `relative` as in
  * requests. */
