@@ -157,6 +157,7 @@ FixedHeader parse_header(ByteReader& in) {
     in.fail("records_per_block is out of range");
   }
   if (fixed.array_count > kMaxArrays) in.fail("array_count is out of range");
+  if (header.record_count > kMaxRecords) in.fail("record_count is out of range");
   if (std::uint64_t{header.base_vertex_count} + header.record_count >= 0xFFFFFFFE) in.fail("too many vertices");
   if (fixed.version_count >= 0xFFFFFFFE) in.fail("version_count is out of range");
   if (header.tet_count < header.base_tet_count || header.tet_count > header.base_tet_count + fixed.version_count) {

@@ -120,7 +120,7 @@ struct FetchedBlock {
   std::vector<std::byte> bytes; ///< as stored, their hash checked
 };
 
-/// Not thread safe but for fetch().
+/// Thread rule: const where that is said, and what asks for counts and sizes; all else by one thread at a time.
 class Reader {
 public:
   /// Reads and checks header, manifest and table, and reads the base mesh, in four requests or so. What `options` says

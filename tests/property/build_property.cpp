@@ -236,6 +236,40 @@ TEST_CASE("plates get coarser however thin they are", "[build]") {
   }
 }
 
+TEST_CASE("budgets weigh errors as the format's words have it", "[build]") {
+  const TetMesh mesh = test::grid({});
+  BuildOptions options;
+  options.target_vertices = 0.5;
+  const auto weights_of = [&](const BuildOptions& of) { return build_all(mesh, of).stream; };
+  const RecordStream plain = weights_of(options);
+  REQUIRE(plain.fields.size() > 0);
+  REQUIRE(plain.budget.maximum.size() == plain.fields.size());
+  // Of two fifths of the diagonal, or of the range, what counts as one.
+  CHECK(0.4 * plain.diagonal * plain.budget.domain == Approx(1));
+  for (std::size_t f = 0; f < plain.fields.size(); ++f)
+    CHECK(plain.fields[f].range * plain.budget.maximum[f] == Approx(1));
+  CHECK(plain.budget.mean);
+
+  options.max_field_error = {{"", {0.25, true}}};
+  options.max_domain_error = {0.125, true};
+  const RecordStream limited = weights_of(options);
+  CHECK(4 * 0.125 * limited.diagonal * limited.budget.domain == Approx(1).epsilon(0.01));
+  for (std::size_t f = 0; f < limited.fields.size(); ++f)
+    CHECK(0.25 * limited.fields[f].range * limited.budget.maximum[f] == Approx(1).epsilon(0.01));
+
+  options.objective = Objective::kMaximum;
+  CHECK_FALSE(weights_of(options).budget.mean);
+  CHECK_FALSE(weights_of(options).budget.maximum.empty());
+  options.objective = Objective::kRootMeanSquare;
+  CHECK(weights_of(options).budget.mean);
+  CHECK(weights_of(options).budget.maximum.empty());
+  options.objective = Objective::kBoth;
+  options.evaluation = Evaluation::kVertices;
+  options.prediction = Prediction::kQuadric;
+  CHECK_FALSE(weights_of(options).budget.mean);
+  CHECK(weights_of(options).budget.maximum.empty());
+}
+
 TEST_CASE("progress only grows, and cancelling throws", "[build]") {
   PreparedMesh prepared = prepare(test::grid({{5, 5, 5}, {}, 2, 2}));
   BuildReport report;

@@ -104,6 +104,7 @@ TEST_CASE("bounds of the header") {
   SECTION("counts") {
     const auto records = get<std::uint32_t>(good, 24);
     CHECK_THAT(with_header(16, std::uint32_t{0xFFFFFFFE} - records), Contains("too many vertices"));
+    CHECK_THAT(with_header(24, std::uint32_t{1} << 31), Contains("record_count is out of range"));
     CHECK_THAT(with_header(36, std::uint32_t{1025}), Contains("array_count is out of range"));
     CHECK_THAT(with_header(40, std::uint64_t{0xFFFFFFFE}), Contains("version_count is out of range"));
     CHECK_THAT(with_header(48, std::uint16_t{0}), Contains("records_per_block is out of range"));
