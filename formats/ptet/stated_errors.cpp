@@ -54,6 +54,7 @@ struct Measured {
   std::vector<double> terms;  ///< sum of the magnitudes that it is the difference of
   double distance = 0;        ///< of the faces to the original boundary: attained
   double rounding = 0;        ///< of the terms, relative
+  double volume_rounding = 0; ///< of the volumes of versions, together
   std::uint64_t versions = 0;
 };
 
@@ -84,6 +85,7 @@ public:
       const double volume = tet_volume(corners_of(tet));
       measured.rise[fields] -= sign * volume;
       measured.terms[fields] += volume;
+      measured.volume_rounding += kFlatRounding * cube_of_lengths(corners_of(tet));
     };
     const auto add = [&](const Tet& tet, std::vector<double>& errors, double sign) {
       std::fill(squared.begin(), squared.end(), 0.0);
@@ -144,13 +146,16 @@ private:
   /// How far a version's integral may be off by rounding, relative: barycentric coordinates are quotients by the
   /// volume, which is little in a flat version.
   [[nodiscard]] double rounding_of(const Tet& version) const {
-    using namespace vec;
     const std::array<Point, 4> at = corners_of(version);
-    const Vec3 a = at[1] - at[0], b = at[2] - at[0], c = at[3] - at[0];
-    const double length = norm(a) + norm(b) + norm(c);
-    const double volume = std::abs(dot(a, cross(b, c)));
+    const double volume = 6 * tet_volume(at);
     if (!(volume > 0)) return 0;
-    return std::min(kFlatRounding * length * length * length / volume, kMostFlatRounding);
+    return std::min(kFlatRounding * cube_of_lengths(at) / volume, kMostFlatRounding);
+  }
+  /// Of the edges from corner 0, their sum.
+  [[nodiscard]] static double cube_of_lengths(const std::array<Point, 4>& at) {
+    using namespace vec;
+    const double length = norm(at[1] - at[0]) + norm(at[2] - at[0]) + norm(at[3] - at[0]);
+    return length * length * length;
   }
   /// A distance to the original boundary that some point of the face has: the greatest one to kDistanceRelative, or
   /// any less than `enough` once it is clear that none is beyond it.
@@ -222,7 +227,8 @@ private:
     const double volume = reader_.header().volume;
     const SquaredErrorCode code = content_.squared_error[r * content_.errors_per_record + i];
     const double rise = measured.rise[i] / volume;
-    const double slack = std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[i] / volume;
+    double slack = std::max(kSquaredRelative, 64 * measured.rounding) * measured.terms[i] / volume;
+    if (i + 1 == content_.errors_per_record) slack += measured.volume_rounding / volume;
     const double upper = decode_sum(reader_.header(), i, content_.errors_per_record, code);
     const double lower =
         decode_sum(reader_.header(), i, content_.errors_per_record, static_cast<SquaredErrorCode>(code - 1));

@@ -63,8 +63,11 @@ private:
       const HalfFace h = original_.boundary_faces[face];
       if (w_.tet_stamp_[h / 4] < queued() && !apart(original_.cells[h / 4], kOutwardFace[h % 4])) push(h / 4);
     });
-    for (const std::uint32_t v : corners)
+    for (const std::uint32_t v : corners) {
       enter_star(v);
+      for (const std::uint32_t t : original_.behind_thin(v))
+        enter(t);
+    }
     walk();
   }
 

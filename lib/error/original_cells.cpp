@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace ptet {
 using namespace vec;
@@ -32,6 +33,7 @@ OriginalCells::OriginalCells(const PreparedMesh& mesh, ChannelView fields)
   find_thin();
   find_boundary();
   make_stars();
+  find_behind_thin();
 }
 
 void OriginalCells::describe_fields() {
@@ -64,7 +66,7 @@ void OriginalCells::find_thin() {
   for (const Cell& cell : cells)
     for (const std::uint32_t v : cell.v)
       box.add(point(v));
-  const double height = kThinTet * norm(box.high - box.low);
+  const double height = thin_height_ = kThinTet * norm(box.high - box.low);
   for (std::uint32_t t = 0; t < cells.size(); ++t) {
     const Cell& cell = cells[t];
     const std::array<Point, 4> x{point(cell.v[0]), point(cell.v[1]), point(cell.v[2]), point(cell.v[3])};
@@ -117,6 +119,73 @@ void OriginalCells::make_stars() {
       large_stars.push_back(v);
       cones.push_back(cones_of(v));
     }
+}
+
+// From the star of a vertex on across faces, as long as tets touch its place: what lies between the vertex and those
+// that fill the space around its place is thin there. Vertices in one place share what is found.
+void OriginalCells::find_behind_thin() {
+  for (std::uint32_t t = 0; t < cells.size(); ++t)
+    if (is_thin(t)) thin_vertices_.insert(thin_vertices_.end(), cells[t].v.begin(), cells[t].v.end());
+  std::sort(thin_vertices_.begin(), thin_vertices_.end());
+  thin_vertices_.erase(std::unique(thin_vertices_.begin(), thin_vertices_.end()), thin_vertices_.end());
+  if (thin_vertices_.empty()) return;
+  constexpr std::uint32_t kNoList = 0xffffffffU;
+  list_of_.assign(thin_vertices_.size(), kNoList);
+  std::vector<std::uint32_t> seen(cells.size(), kNoList), open; // by tet: the last list that it was looked at for
+  for (std::size_t i = 0; i < thin_vertices_.size(); ++i) {
+    if (list_of_[i] != kNoList) continue;
+    const auto list = static_cast<std::uint32_t>(behind_begin_.size() - 1);
+    const Point& place = point(thin_vertices_[i]);
+    open.clear();
+    const auto look_at = [&](std::uint32_t t) {
+      if (std::exchange(seen[t], list) != list) open.push_back(t);
+    };
+    const auto look_around = [&](std::size_t thin_vertex) {
+      list_of_[thin_vertex] = list;
+      const std::uint32_t v = thin_vertices_[thin_vertex];
+      std::for_each(star.begin() + star_begin[v], star.begin() + star_begin[v + 1], look_at);
+    };
+    look_around(i);
+    for (std::size_t next = 0; next < open.size(); ++next) {
+      const Cell& cell = cells[open[next]];
+      if (!cell.is_flat()) behind_.push_back(open[next]);
+      for (const std::uint32_t v : cell.v) {
+        if (point(v) != place) continue;
+        const std::size_t other = place_among_thin(v);
+        if (other < thin_vertices_.size() && list_of_[other] == kNoList) look_around(other);
+      }
+      for (const std::uint32_t other : cell.neighbor)
+        if (other != kOutside && is_near(other, place)) look_at(other);
+    }
+    std::sort(behind_.begin() + behind_begin_.back(), behind_.end());
+    behind_begin_.push_back(static_cast<std::uint32_t>(behind_.size()));
+  }
+}
+
+/// Whether the box of a tet has the place in it, or as near to it as some thin tets on top of each other are high.
+bool OriginalCells::is_near(std::uint32_t t, const Point& place) const {
+  constexpr double kThinTetsBetween = 64;
+  const auto& v = cells[t].v;
+  BoundingBox box = box_of<4>({point(v[0]), point(v[1]), point(v[2]), point(v[3])});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] -= kThinTetsBetween * thin_height_;
+    box.high[axis] += kThinTetsBetween * thin_height_;
+  }
+  return box.contains(place);
+}
+
+/// Index into thin_vertices_; their number for others.
+std::size_t OriginalCells::place_among_thin(std::uint32_t v) const {
+  const auto found = std::lower_bound(thin_vertices_.begin(), thin_vertices_.end(), v);
+  return found != thin_vertices_.end() && *found == v ? static_cast<std::size_t>(found - thin_vertices_.begin())
+                                                      : thin_vertices_.size();
+}
+
+std::span<const std::uint32_t> OriginalCells::behind_thin(std::uint32_t v) const {
+  const std::size_t i = place_among_thin(v);
+  if (i == thin_vertices_.size()) return {};
+  const std::uint32_t list = list_of_[i];
+  return {behind_.data() + behind_begin_[list], behind_.data() + behind_begin_[list + std::size_t{1}]};
 }
 
 double OriginalCells::volume_of(const std::array<std::uint32_t, 4>& tet) const {

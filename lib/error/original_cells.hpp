@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace ptet {
@@ -38,6 +39,9 @@ struct OriginalCells {
   /// Whether the tet is flat or so thin that all of it may seem to lie on a plane of a version: a walk passes through
   /// it, or stops at it, without having seen what is behind.
   [[nodiscard]] bool is_thin(std::uint32_t t) const { return cells[t].is_flat() || (!thin.empty() && thin[t] != 0); }
+  /// The tets that touch the place of a vertex of a thin tet, or nearly: where its own are thin it may be others that
+  /// fill the space around it. Flat ones are not among them, and others may be. None for other vertices.
+  [[nodiscard]] std::span<const std::uint32_t> behind_thin(std::uint32_t v) const;
   /// The face of a tet opposite its corner v.
   [[nodiscard]] StarCones::Triangle opposite(const std::array<std::uint32_t, 4>& tet, std::uint32_t v) const;
 
@@ -61,9 +65,18 @@ private:
   void make_cells();
   void find_thin();
   void find_boundary();
+  void find_behind_thin();
   void make_stars();
+  [[nodiscard]] bool is_near(std::uint32_t t, const Point& place) const;
+  [[nodiscard]] std::size_t place_among_thin(std::uint32_t v) const;
   [[nodiscard]] double volume_of(const std::array<std::uint32_t, 4>& tet) const;
   [[nodiscard]] StarCones cones_of(std::uint32_t v) const;
+
+  double thin_height_ = 0;                     ///< up to which a tet is thin
+  std::vector<std::uint32_t> thin_vertices_;   ///< of thin tets, ascending
+  std::vector<std::uint32_t> list_of_;         ///< by place in these
+  std::vector<std::uint32_t> behind_begin_{0}; ///< by list, into behind_
+  std::vector<std::uint32_t> behind_;          ///< tets
 };
 
 } // namespace ptet

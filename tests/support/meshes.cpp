@@ -2,12 +2,14 @@
 
 #include "mesh/scalar_dispatch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <numeric>
 #include <random>
+#include <utility>
 
 namespace ptet::test {
 namespace {
@@ -125,6 +127,34 @@ TetMesh grid(const GridOptions& options) {
       }
   TetMesh mesh = make_mesh(positions, tets);
   add_test_fields(mesh);
+  return mesh;
+}
+
+TetMesh pinched_layers(unsigned seed) {
+  constexpr double kCell = 16, kWidth = 1e5, kThickness = 3;
+  constexpr int kAcross = 4, kLayers = 4;
+  const TetMesh layers = grid({{kAcross, kAcross, kLayers}, {}, 0, 1});
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> jitter(-0.3, 0.3);
+  std::map<std::pair<double, double>, Point> column; // where the vertices of one stand
+  std::vector<Point> points;
+  std::vector<double> layer;
+  for (std::uint32_t v = 0; v < layers.vertex_count(); ++v) {
+    const Point p = layers.position(VertexId{v});
+    const auto [it, is_new] = column.try_emplace({p[0], p[1]});
+    if (is_new) it->second = {p[0] / kCell + jitter(random), p[1] / kCell + jitter(random), 0};
+    const double depth = std::clamp((it->second[0] / kAcross - 0.2) * 1.7, 0.0, 1.0) * kLayers * kThickness;
+    layer.push_back(kLayers - p[2] / kCell);
+    points.push_back({kWidth * it->second[0], kWidth * it->second[1], -std::min(depth, kThickness * layer.back())});
+  }
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const Tet& tet : layers.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  TetMesh mesh = make_mesh(points, tets, ScalarType::kFloat64);
+  std::size_t row = 0;
+  add_array(mesh, "layer", ScalarType::kFloat64, 1, [&](const Point&) { return std::vector{layer[row++]}; });
+  add_array(mesh, "smooth", ScalarType::kFloat64, 1,
+            [&](const Point& p) { return std::vector{20 * std::exp(p[2] / 10) + std::sin(p[0] / kWidth)}; });
   return mesh;
 }
 

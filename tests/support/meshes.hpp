@@ -42,6 +42,11 @@ struct GridOptions {
 /// Cells of six tets each, conforming; only used vertices; with test fields.
 [[nodiscard]] TetMesh grid(const GridOptions& options);
 
+/// Layers that pinch out towards one side, as those of the ground or the sea do: a grid pressed down to a depth that
+/// falls to nothing, so that many tets are flat and many vertices stand in the same place. Wide and thin. Fields:
+/// "layer" (which of them, float64), of several values in one place; "smooth" (float64).
+[[nodiscard]] TetMesh pinched_layers(unsigned seed);
+
 struct NamedMesh {
   std::string name;
   TetMesh mesh;

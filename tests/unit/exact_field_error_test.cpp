@@ -636,6 +636,51 @@ TEST_CASE("behind flat original tets there may be others") {
   }
 }
 
+TEST_CASE("behind flat original tets there may be all of a version") {
+  // The corners of a version stand twice: a second vertex in the same place has a tet that leaves it in another
+  // direction, and the flat ones around that. From there on the version is in tets of the first ones.
+  const RegularGrid grid(5, [](double x, double y, double z) { return x * x - y * z + std::sin(3 * x + 2 * y + z); });
+  std::vector<Point> points;
+  for (std::uint32_t v = 0; v < grid.mesh.vertex_count(); ++v)
+    points.push_back(grid.mesh.position(VertexId{v}));
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const Tet& tet : grid.mesh.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  std::vector<double> value = grid.value;
+  const std::array<std::uint32_t, 4> corners = {grid.vertex_at({16, 16, 16}), grid.vertex_at({64, 16, 16}),
+                                                grid.vertex_at({16, 64, 16}), grid.vertex_at({16, 16, 64})};
+  const Measured single = Original(grid.mesh, value).measure(corners);
+  REQUIRE(single.largest > 0.5);
+  const Point inside = {28, 28, 28};
+  std::array<std::uint32_t, 4> doubled{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::uint32_t first = corners[k];
+    const auto second = doubled[k] = static_cast<std::uint32_t>(points.size());
+    points.push_back(points[first]);
+    value.push_back(value[first]);
+    const auto away = [&](const std::array<std::uint32_t, 4>& tet) {
+      if (std::find(tet.begin(), tet.end(), first) == tet.end()) return -1.0;
+      double least = 1; // of the edges from the corner: the cosine of the angle to the way out
+      for (const std::uint32_t v : tet) {
+        const Vec3 edge = points[v] - points[first], out = points[first] - inside;
+        if (v != first) least = std::min(least, dot(edge, out) / (norm(edge) * norm(out)));
+      }
+      return least;
+    };
+    const auto leaves =
+        std::max_element(tets.begin(), tets.end(), [&](const auto& a, const auto& b) { return away(a) < away(b); });
+    std::array<std::uint32_t, 4> tet = *leaves;
+    std::replace(leaves->begin(), leaves->end(), first, second);
+    std::partition(tet.begin(), tet.end(), [&](std::uint32_t v) { return v == first; });
+    for (std::size_t i = 1; i < 4; ++i)
+      tets.push_back({first, second, tet[i], tet[i % 3 + 1]});
+  }
+  const Measured measured = Original(test::make_mesh(points, tets), value).measure(doubled);
+  CHECK(measured.outside == 0);
+  CHECK(measured.largest == Approx(single.largest).epsilon(1e-14));
+  CHECK(measured.integral == Approx(single.integral).epsilon(1e-13));
+}
+
 TEST_CASE("errors and integrals of many fields are those of each channel by itself") {
   const PreparedMesh prepared = prepare(test::grid({{3, 3, 3}, {}, 3, 1}));
   std::mt19937_64 random(1);

@@ -551,6 +551,25 @@ TEST_CASE("verification: an inverted tet, and the record that makes it") {
   CHECK(told == wanted);
 }
 
+TEST_CASE("verification: stated errors are true where layers pinch out") {
+  for (const unsigned seed : {1U, 77U, 131U}) {
+    INFO(seed);
+    PreparedMesh prepared = prepare(pinched_layers(seed));
+    BuildOptions options;
+    options.target_vertices = 0;
+    BuildReport report;
+    const RecordStream records = build::build_records(prepared, options, report, {});
+    Found found;
+    const auto tell = [&](const file::Violation& violation) { found.push_back(violation); };
+    const file::Manifest manifest{"0.1.0", "sample", "", {{"evaluate", "exact"}}, {}};
+    const file::Verified verified =
+        file::verify(file::over_memory(file::encode(prepared.mesh, records, manifest)), tell);
+    (void)file::check_stated_errors(verified, 0, tell);
+    INFO(list_of(found));
+    CHECK(found.empty());
+  }
+}
+
 TEST_CASE("verification: stated errors that are not true") {
   PreparedMesh prepared = prepare(grid({{4, 4, 4}, {}, 3, 4}));
   BuildOptions options;
