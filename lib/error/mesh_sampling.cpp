@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace ptet {
 using namespace comparison;
@@ -88,8 +89,12 @@ public:
   /// is one.
   bool draw_outside(std::uint32_t tet, Random& random, int draws, std::array<double, 4>& weight) {
     const std::array<Point, 4> corners = corners_of(of_.original_, tet);
-    near_.clear();
-    of_.simplified_tets_.each_meeting(box_of(corners), [&](std::uint32_t t) { near_.push_back(t); });
+    if (std::exchange(near_of_, tet) != tet) {
+      near_.clear();
+      of_.simplified_tets_.each_meeting(box_of(corners), [&](std::uint32_t t) {
+        if (may_hold_any(t, corners)) near_.push_back(t);
+      });
+    }
     for (int draw = 0; draw < draws; ++draw) {
       weight = random.in_tet();
       const Point p = combine(corners, weight);
@@ -124,6 +129,23 @@ private:
            sign * orientation(a, b, p, d) >= 0 && sign * orientation(a, b, c, p) >= 0;
   }
 
+  /// False where a plane of the simplified tet has all of another tet on its outer side, or on it: then it holds
+  /// nothing from inside of that.
+  [[nodiscard]] bool may_hold_any(std::uint32_t t, const std::array<Point, 4>& other) const {
+    const int sign = of_.simplified_sign_[t];
+    if (sign == 0) return false;
+    const std::array<Point, 4> x = corners_of(of_.simplified_, t);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto is_outside = [&](const Point& p) {
+        std::array<Point, 4> with_p = x;
+        with_p[k] = p;
+        return sign * orientation(with_p[0], with_p[1], with_p[2], with_p[3]) <= 0;
+      };
+      if (std::all_of(other.begin(), other.end(), is_outside)) return false;
+    }
+    return true;
+  }
+
   template <std::size_t N>
   std::span<const double> against(const std::array<VertexId, N>& vertices, const std::array<double, N>& weight) {
     std::size_t channel = 0;
@@ -143,7 +165,8 @@ private:
   const MeshComparison& of_;
   std::size_t fields_;
   std::vector<double> value_, error_;
-  std::vector<std::uint32_t> near_;
+  std::uint32_t near_of_ = 0xffffffff; ///< tet of the original
+  std::vector<std::uint32_t> near_;    ///< simplified tets that may hold a point of it
   std::uint32_t nearest_ = 0xffffffff;
 };
 

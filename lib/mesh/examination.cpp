@@ -407,7 +407,7 @@ private:
       coincident.add(std::uint64_t{v});
     report(coincident, "coincident-points", Severity::kWarning, "vertex at the place of an earlier one",
            "vertices at the places of earlier ones",
-           "kept apart; ptet build --weld makes one of those with the same values");
+           "kept apart; ptet build --weld makes one of those with the same values that no tet has two of");
   }
 
   void check_arrays() {
