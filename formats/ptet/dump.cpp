@@ -189,10 +189,13 @@ void Dump::annotate_content(const Section& section, ByteReader& in) {
     return;
   }
   case SectionKind::kModel: {
+    const bool compressed = section.stored_bytes != section.raw_bytes;
     out_ << "           80 for each context but these:\n";
     const auto raw = in.get_bytes(in.remaining(), "model");
     for (std::size_t i = 0; i < raw.size(); ++i) {
-      if (raw[i] != std::byte{0x80}) put_range(out_, '+', i, raw.subspan(i, 1), "context " + std::to_string(i));
+      if (raw[i] != std::byte{0x80})
+        put_range(out_, compressed ? '+' : ' ', compressed ? i : section.offset + i, raw.subspan(i, 1),
+                  "context " + std::to_string(i));
     }
     return;
   }

@@ -169,13 +169,8 @@ std::vector<std::uint64_t> morton_codes(const PointArray& positions, const Bound
   const std::size_t count = positions.size();
   const double size = std::max({greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]});
   std::vector<std::uint64_t> codes(count);
-  for (std::size_t v = 0; v < count; ++v) {
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const double fraction = (positions.value(v, axis) - least[axis]) / size;
-      const auto cell = fraction > 0 ? static_cast<std::uint64_t>(std::min(fraction, 1.0) * 0x1FFFFF) : 0;
-      codes[v] |= morton_spread(cell) << axis;
-    }
-  }
+  for (std::size_t v = 0; v < count; ++v)
+    codes[v] = morton_code({positions.value(v, 0), positions.value(v, 1), positions.value(v, 2)}, least, size);
   return codes;
 }
 

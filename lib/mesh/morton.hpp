@@ -1,6 +1,9 @@
 // Places along a Morton curve.
 #pragma once
 
+#include "ptet/mesh.hpp"
+
+#include <algorithm>
 #include <cstdint>
 
 namespace ptet {
@@ -14,6 +17,16 @@ namespace ptet {
   x = (x | x << 4) & 0x10C30C30C30C30C3;
   x = (x | x << 2) & 0x1249249249249249;
   return x;
+}
+
+/// The place of a point in the cube of this size from `low` on; what lies outside counts as on its surface.
+[[nodiscard]] inline std::uint64_t morton_code(const Point& p, const Point& low, double size) {
+  std::uint64_t code = 0;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const double fraction = (p[axis] - low[axis]) / size; // NaN in a cube without size
+    code |= morton_spread(fraction > 0 ? static_cast<std::uint64_t>(std::min(fraction, 1.0) * 0x1FFFFF) : 0) << axis;
+  }
+  return code;
 }
 
 } // namespace ptet

@@ -36,13 +36,8 @@ std::vector<VertexId> vertex_order(const std::vector<Point>& points, const Verte
   const Point& low = box.low;
   const Point& high = box.high;
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  const auto quantised = [&](const Point& p, std::size_t i) {
-    return extent > 0 ? static_cast<std::uint64_t>((p[i] - low[i]) / extent * 0x1fffff) : 0;
-  };
-  for (auto& [key, v] : curve) {
-    const Point& p = points[v.index()];
-    key = morton_spread(quantised(p, 0)) | morton_spread(quantised(p, 1)) << 1 | morton_spread(quantised(p, 2)) << 2;
-  }
+  for (auto& [key, v] : curve)
+    key = morton_code(points[v.index()], low, extent);
   std::sort(curve.begin(), curve.end());
   std::vector<VertexId> order;
   order.reserve(points.size());
