@@ -82,6 +82,7 @@ Compared compare_versions(const PreparedMesh& prepared, int versions, std::mt199
     const int sign = test::orientation(at(0), at(1), at(2), at(3));
     if (sign == 0) continue;
     if (sign < 0) std::swap(version[2], version[3]);
+    const double volume = build::volume_of(prepared, version);
     std::array<double, 2> errors{}, errors_alone{};
     Sums squared{};
     exact.measure(version, workspace, errors, squared);
@@ -90,8 +91,7 @@ Compared compare_versions(const PreparedMesh& prepared, int versions, std::mt199
       CHECK(errors[f] == Approx(errors_alone[f]).epsilon(1e-12).margin(1e-14));
     const auto expected = brute_force(prepared, version);
     for (const std::size_t f : {0U, 1U})
-      CHECK(squared[f] == Approx(expected[f]).epsilon(1e-10).margin(1e-12));
-    const double volume = build::volume_of(prepared, version);
+      CHECK(squared[f] == Approx(expected[f]).epsilon(1e-10).margin(1e-12 * (1 + volume)));
     CHECK(std::abs(squared[2] - expected[2]) <= 1e-10 * volume);
     compared.largest_integral = std::max(compared.largest_integral, squared[0]);
     compared.outside += squared[2] > 0.01 * volume ? 1 : 0;
@@ -108,7 +108,7 @@ TetMesh pressed_grid(std::mt19937& random) {
     const Point p = mesh.position(VertexId{v});
     const auto [it, is_new] = heights.try_emplace({p[0], p[1]});
     for (std::size_t k = 1; is_new && k < it->second.size(); ++k)
-      it->second[k] = it->second[k - 1] + static_cast<float>(random() % 2 * (1 + random() % 16));
+      it->second[k] = it->second[k - 1] + static_cast<float>((random() % 4 == 0 ? 1 + random() % 16 : 0));
     store(mesh.positions.bytes.data() + v * mesh.positions.row_bytes() + 2 * sizeof(float),
           it->second[static_cast<std::size_t>(p[2] / 16)]);
   }
@@ -131,7 +131,7 @@ TEST_CASE("the integral over any version, also one that leaves the domain") {
 
 TEST_CASE("the integral over any version of a mesh with flat tets") {
   std::mt19937 random(4);
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 20; ++i) {
     INFO(i);
     CHECK(compare_versions(prepare(pressed_grid(random)), 60, random).largest_integral > 10);
   }
