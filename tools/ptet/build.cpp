@@ -395,7 +395,8 @@ void add_run(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--checkpoint", arguments.checkpoint,
                   "keep what was done in FILE from time to time, and on\n"
-                  "Ctrl-C, SIGTERM or a lost terminal, to go on from\nafter an interruption; removed when OUT is there")
+                  "Ctrl-C, SIGTERM or a lost terminal, to go on from\nafter an interruption; removed when OUT is "
+                  "there.\nNot with --pieces")
       ->option_text("FILE");
   command
       .add_option("--checkpoint-every", arguments.checkpoint_every,
