@@ -144,7 +144,7 @@ void Dump::annotate_section(const Section& section) {
   out_ << '\n' << name_of(kind) << '\n';
   if (kind == SectionKind::kBlocks) return annotate_blocks();
   const auto stored = range(section.offset, section.stored_bytes);
-  const bool compressed = section.stored_bytes != section.raw_bytes;
+  const bool compressed = section.is_compressed();
   const auto raw = expand(section, {stored.begin(), stored.end()});
   if (compressed) {
     put_range(out_, ' ', section.offset, stored, "a zstd frame of " + std::to_string(raw.size()) + " bytes:");
@@ -189,7 +189,7 @@ void Dump::annotate_content(const Section& section, ByteReader& in) {
     return;
   }
   case SectionKind::kModel: {
-    const bool compressed = section.stored_bytes != section.raw_bytes;
+    const bool compressed = section.is_compressed();
     out_ << "           80 for each context but these:\n";
     const auto raw = in.get_bytes(in.remaining(), "model");
     for (std::size_t i = 0; i < raw.size(); ++i) {

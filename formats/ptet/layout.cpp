@@ -109,7 +109,7 @@ std::vector<std::byte> expand(const Section& section, std::vector<std::byte> sto
     if (violations == nullptr || !*violations) throw Error(ErrorCode::kCorruptFile, what, section.offset);
     (*violations)({what, section.offset, {}, {}, {}});
   }
-  if (section.stored_bytes == section.raw_bytes) return stored;
+  if (!section.is_compressed()) return stored;
   std::vector<std::byte> raw(section.raw_bytes);
   const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size());
   // One frame only: ZSTD_decompress would go on with a second one.
@@ -157,7 +157,7 @@ FixedHeader parse_header(ByteReader& in) {
     in.fail("records_per_block is out of range");
   }
   if (fixed.array_count > kMaxArrays) in.fail("array_count is out of range");
-  if (header.record_count > kMaxRecords) in.fail("record_count is out of range");
+  if (header.record_count > Refinement::kMaxRecords) in.fail("record_count is out of range");
   if (std::uint64_t{header.base_vertex_count} + header.record_count >= 0xFFFFFFFE) in.fail("too many vertices");
   if (fixed.version_count >= 0xFFFFFFFE) in.fail("version_count is out of range");
   if (header.tet_count < header.base_tet_count || header.tet_count > header.base_tet_count + fixed.version_count) {
@@ -217,7 +217,7 @@ std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed) {
     ArrayInfo info;
     info.name = in.get_text(in.get_count("length of name", in.remaining()), "name");
     info.type = get_type(in, "type");
-    info.components = static_cast<std::uint32_t>(in.get_count("components", kMaxComponents));
+    info.components = static_cast<std::uint32_t>(in.get_count("components", kMostComponents));
     if (info.components == 0) in.fail("an array has no component");
     const auto governing = in.get<std::uint8_t>("governing");
     if (governing > 1) in.violate("a reserved bit of governing is set");

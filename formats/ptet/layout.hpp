@@ -45,6 +45,8 @@ struct Section {
   std::uint64_t stored_bytes = 0;
   std::uint64_t raw_bytes = 0;
   std::uint64_t hash = 0;
+
+  [[nodiscard]] bool is_compressed() const { return stored_bytes != raw_bytes; }
 };
 
 struct Footer {

@@ -280,7 +280,7 @@ InputOrder Reader::read_input_order() const {
                                        std::to_string(d.limits.max_bytes) + " leaves");
   }
   const auto raw = expand(section, decoding_->reader.read({section.offset, section.stored_bytes}));
-  ByteReader in(raw, name_of(SectionKind::kInputOrder), section.offset, section.stored_bytes != section.raw_bytes);
+  ByteReader in(raw, name_of(SectionKind::kInputOrder), section.offset, section.is_compressed());
   return parse_input_order(in, header_.base_vertex_count + header_.record_count, header_.tet_count);
 }
 

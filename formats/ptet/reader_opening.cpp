@@ -112,7 +112,7 @@ private:
   }
   /// `bytes`: the section's content, which must outlive what comes back.
   [[nodiscard]] ByteReader in_section(SectionKind kind, const std::vector<std::byte>& bytes) const {
-    ByteReader in(bytes, name_of(kind), section(kind).offset, section(kind).stored_bytes != section(kind).raw_bytes);
+    ByteReader in(bytes, name_of(kind), section(kind).offset, section(kind).is_compressed());
     in.tell(&d_.violations);
     return in;
   }

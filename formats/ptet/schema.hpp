@@ -16,8 +16,6 @@ namespace ptet::file {
 inline constexpr std::uint32_t kMaxRecordsPerBlock = 4096;
 inline constexpr std::uint32_t kDefaultRecordsPerBlock = 512;
 inline constexpr std::uint32_t kMaxArrays = 1024;
-inline constexpr std::uint32_t kMaxComponents = kMostComponents;
-inline constexpr std::uint32_t kMaxRecords = 0x7FFFFFFF;
 /// What a block's bytes may stand for at most; the writer pads a block that says more.
 inline constexpr std::uint32_t kMaxVersionsPerByte = 32;
 inline constexpr std::uint32_t kMaxValueBytesPerByte = 256;

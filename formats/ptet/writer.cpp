@@ -542,7 +542,7 @@ void check_storable(const TetMesh& mesh) {
   if (mesh.point_arrays.size() > kMaxArrays) throw Error(ErrorCode::kLimit, "the mesh has more than 1024 point arrays");
   std::set<std::string_view> names;
   for (const PointArray& array : mesh.point_arrays) {
-    if (array.components == 0 || array.components > kMaxComponents)
+    if (array.components == 0 || array.components > kMostComponents)
       throw Error(ErrorCode::kLimit, "point array '" + array.name + "' has " + std::to_string(array.components) +
                                          " components; 1 to 1024 can be stored");
     if (array.name.empty()) throw Error(ErrorCode::kBadInput, "a point array has no name");

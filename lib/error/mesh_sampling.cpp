@@ -121,12 +121,17 @@ public:
   }
 
 private:
+  /// On which side of the plane opposite corner k of a tet p lies: 1 on the corner's, if the tet is positive. Exact.
+  [[nodiscard]] static int side_of(const std::array<Point, 4>& x, std::size_t k, const Point& p) {
+    return orientation(k == 0 ? p : x[0], k == 1 ? p : x[1], k == 2 ? p : x[2], k == 3 ? p : x[3]);
+  }
   [[nodiscard]] bool holds(std::uint32_t t, const Point& p) const {
     const int sign = of_.simplified_sign_[t];
     if (sign == 0) return false;
-    const auto [a, b, c, d] = corners_of(of_.simplified_, t);
-    return sign * orientation(p, b, c, d) >= 0 && sign * orientation(a, p, c, d) >= 0 &&
-           sign * orientation(a, b, p, d) >= 0 && sign * orientation(a, b, c, p) >= 0;
+    const std::array<Point, 4> x = corners_of(of_.simplified_, t);
+    for (std::size_t k = 0; k < 4; ++k)
+      if (sign * side_of(x, k, p) < 0) return false;
+    return true;
   }
 
   /// False where a plane of the simplified tet has all of another tet on its outer side, or on it: then it holds
@@ -135,14 +140,9 @@ private:
     const int sign = of_.simplified_sign_[t];
     if (sign == 0) return false;
     const std::array<Point, 4> x = corners_of(of_.simplified_, t);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const auto is_outside = [&](const Point& p) {
-        std::array<Point, 4> with_p = x;
-        with_p[k] = p;
-        return sign * orientation(with_p[0], with_p[1], with_p[2], with_p[3]) <= 0;
-      };
-      if (std::all_of(other.begin(), other.end(), is_outside)) return false;
-    }
+    for (std::size_t k = 0; k < 4; ++k)
+      if (std::all_of(other.begin(), other.end(), [&](const Point& p) { return sign * side_of(x, k, p) <= 0; }))
+        return false;
     return true;
   }
 

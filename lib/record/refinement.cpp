@@ -68,7 +68,7 @@ void for_each_face(std::span<const Tet> cells, std::size_t first, std::uint32_t 
 
 Refinement::Refinement(std::vector<Tet> base_tets, std::uint32_t base_vertex_count, std::uint32_t record_count)
     : base_vertex_count_(base_vertex_count) {
-  if (record_count >= kMaxRecords || base_vertex_count >= kDummyVertex.index() - record_count ||
+  if (record_count > kMaxRecords || base_vertex_count >= kDummyVertex.index() - record_count ||
       base_tets.size() >= kMaxLive / 4)
     throw Error(ErrorCode::kLimit, "the base mesh is too large: more vertices or tets than can be refined");
   for (const Tet& tet : base_tets) {

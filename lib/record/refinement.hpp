@@ -105,7 +105,8 @@ private:
 
 class Refinement {
 public:
-  static constexpr std::size_t kMaxRegion = 4096; ///< tets that one split may take
+  static constexpr std::size_t kMaxRegion = 4096;              ///< tets that one split may take
+  static constexpr std::uint32_t kMaxRecords = (1U << 31) - 1; ///< that there may be
 
   /// Starts from the base mesh. Vertices 0 .. base_vertex_count-1 are the base's; record r brings vertex
   /// base_vertex_count + r. The boundary faces of `base_tets` become base ghosts.
@@ -167,6 +168,7 @@ public:
   [[nodiscard]] std::uint32_t added_tet_count(RecordId r) const {
     return rim_vertex_count(r.index()) - (rim_size_[r.index()] % 2 != 0 ? 2 : 0);
   }
+
   // What stands in a place now; not when settled.
   [[nodiscard]] const Tet& tet(std::uint32_t place) const { return live_[place].tet; }
   /// The record whose split put it there; none for one of the base.
@@ -253,7 +255,6 @@ public:
 private:
   friend struct RefinementDamage; ///< of the tests: breaks invariants, to see that validate() notices
 
-  static constexpr std::uint32_t kMaxRecords = 1U << 31;
   static constexpr std::uint32_t kMaxLive = 1U << 30;
 
   /// What stands in a place. A modified tet takes the place of the tet it replaces, so the neighbours outside the

@@ -205,7 +205,8 @@ class Dataset:
             made_by: uint32, numbers of records.
             what: "field error" (largest among the tets that the record made, field units), "domain error" (likewise of
                 the boundary faces, mesh units), "level" (n: a budget undoes the collapse when it has room for between
-                1/2^n and 1/2^(n-1) of the vertices) or "generation" (how many splits must be made one after the other before the record's).
+                1/2^n and 1/2^(n-1) of the vertices) or "generation" (how many splits must be made one after the other
+                before the record's).
             field: the name of a governing field, for its error.
 
         Raises:
