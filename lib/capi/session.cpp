@@ -77,13 +77,21 @@ void ptet_session_free(ptet_session* session) {
   delete session;
 }
 
-ptet_status ptet_session_update(ptet_session* session, const ptet_request* request, ptet_session_changes* changes,
-                                ptet_error** error) {
+ptet_status ptet_session_update(ptet_session* session, const ptet_request* request, ptet_progress_callback progress,
+                                void* user, ptet_session_changes* changes, ptet_error** error) {
   return guarded(error, [&] {
     ptet_session& of = required(session, "the session");
     if (changes != nullptr) (void)known_size(changes, "the changes"); // before the session changes
-    of.failures = {};
-    const SessionUpdate& update = of.session.update(request == nullptr ? Request{} : request->request);
+    const SessionUpdate& update = [&]() -> const SessionUpdate& {
+      try {
+        return of.session.update(request == nullptr ? Request{} : request->request, progress_through(progress, user));
+      } catch (const Error&) {
+        throw; // refused or cancelled: all is as it was
+      } catch (...) {
+        of.failures = {};
+        throw;
+      }
+    }();
     of.field_error.assign(update.field_error.begin(), update.field_error.end());
     of.rms_error.assign(update.rms_error.begin(), update.rms_error.end());
     of.covered = update.covered.value_or(kNotANumber);

@@ -25,7 +25,7 @@ public:
   }
   /// Throws Error(kCancelled).
   void check() {
-    if (is_wanted()) throw Error(ErrorCode::kCancelled, "the extraction was cancelled");
+    if (is_wanted()) throw Error(ErrorCode::kCancelled, "the request was cancelled");
   }
 
 private:

@@ -16,8 +16,10 @@ RunningCut::~RunningCut() {
 }
 
 std::shared_lock<std::shared_mutex> RunningCut::set(const ResolvedRequest& request,
-                                                    const std::optional<std::chrono::steady_clock::time_point>& until) {
+                                                    const std::optional<Clock::time_point>& until,
+                                                    Cancellation* cancellation) {
   until_ = until;
+  cancellation_ = cancellation;
   is_out_of_time_ = false;
   const bool promised_changed = is_stale_ || request.demand.promised != request_.demand.promised;
   if (is_stale_ || request.demand.wished != request_.demand.wished)
@@ -60,9 +62,9 @@ void RunningCut::read_closed(BlockSet& set) {
   if (is_out_of_time_)
     hierarchy_.loader().keep_loaded(set);
   else if (until_)
-    is_out_of_time_ = !hierarchy_.loader().load(set, *until_, nullptr, this);
+    is_out_of_time_ = !hierarchy_.loader().load(set, *until_, cancellation_, this);
   else
-    hierarchy_.load(set, this);
+    hierarchy_.loader().load(set, cancellation_, this);
   for (std::size_t b = 0; b < set.size(); ++b)
     if (set[b] != asked_for_[b]) missing_[b] = 1;
 }

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "lod/budget.hpp"
+#include "lod/cancellation.hpp"
 #include "lod/demand.hpp"
 
 #include <chrono>
@@ -20,6 +21,8 @@ namespace ptet {
 
 class RunningCut {
 public:
+  using Clock = std::chrono::steady_clock;
+
   /// Of the base mesh. `hierarchy` must outlive it.
   explicit RunningCut(Hierarchy& hierarchy);
   ~RunningCut();
@@ -29,9 +32,11 @@ public:
   /// Makes it the cut of `request`, whose budget of time is not looked at, and reads the blocks that it takes. Returns
   /// the lock: while it is held, what the cut needs is in memory. Blocks that cannot be had are left out, see Cut.
   /// `until`: blocks that could not be read by then are left out, too, see is_out_of_time() and Loader::load.
-  /// Throws what Hierarchy::load throws; the cut is then between the last one and that of `request`.
-  [[nodiscard]] std::shared_lock<std::shared_mutex>
-  set(const ResolvedRequest& request, const std::optional<std::chrono::steady_clock::time_point>& until = std::nullopt);
+  /// Throws what Loader::load throws; the cut is then between the last one and that of `request`. After
+  /// Error(kCancelled) the next call goes on from there.
+  [[nodiscard]] std::shared_lock<std::shared_mutex> set(const ResolvedRequest& request,
+                                                        const std::optional<Clock::time_point>& until = std::nullopt,
+                                                        Cancellation* cancellation = nullptr);
 
   [[nodiscard]] bool contains(std::uint32_t r) const {
     return uses_[r] != 0 || ((flags_[r] & kWished) != 0 && is_before_end(r));
@@ -93,7 +98,8 @@ private:
   bool is_stale_ = true;    ///< what follows is not that of the last request
   BlockSet read_, missing_, promised_read_;
   bool stopped_by_budget_ = false;
-  std::optional<std::chrono::steady_clock::time_point> until_;
+  std::optional<Clock::time_point> until_;
+  Cancellation* cancellation_ = nullptr;
   bool is_out_of_time_ = false;
 
   // By block.

@@ -1,5 +1,6 @@
 #include "ptet/session.hpp"
 
+#include "lod/cancellation.hpp"
 #include "lod/dataset_impl.hpp"
 #include "lod/extraction.hpp"
 #include "lod/running_cut.hpp"
@@ -44,27 +45,37 @@ public:
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  const SessionUpdate& update(const Request& request) {
+  const SessionUpdate& update(const Request& request, const ProgressCallback& progress) {
     const auto begin = Clock::now();
     if (request.input_order)
       throw Error(ErrorCode::kBadArgument, "a session's slots have an order of their own, not that of the input");
     resolve(request, hierarchy_.header(), next_); // what is refused has changed nothing
-    const Loader::Turn turn(hierarchy_.loader());
+    next_asked_ = request;
+    next_asked_->max_milliseconds.reset();
+    Cancellation cancellation(progress);
+    cancellation.check();
+    Cancellation* const asks = progress ? &cancellation : nullptr;
+    const Loader::Turn turn(hierarchy_.loader(), std::nullopt, asks);
     const std::optional<Clock::time_point> until = end_of(request.max_milliseconds, begin);
-    bool is_renumbered = false;
-    if (std::exchange(is_broken_, true)) {
-      start_over();
-      is_renumbered = true;
-    }
-    std::swap(request_, next_);
-    asked_ = request;
-    asked_->max_milliseconds.reset();
-    auto lock = cut_->set(request_, until);
-    while (!is_sound()) {
-      lock.unlock();
-      start_over();
-      is_renumbered = true;
-      lock = cut_->set(request_, until);
+    bool is_renumbered = std::exchange(is_broken_, true);
+    if (is_renumbered) start_over();
+    exchange_requests();
+    std::shared_lock<std::shared_mutex> lock;
+    try {
+      lock = cut_->set(request_, until, asks);
+      while (!is_sound(cut_->read())) {
+        lock.unlock();
+        start_over();
+        is_renumbered = true;
+        lock = cut_->set(request_, until, asks);
+      }
+    } catch (const Error& error) {
+      // Nothing has been done to the mesh, but to start over, which the next update has to tell of.
+      if (error.code() == ErrorCode::kCancelled) {
+        is_broken_ = is_renumbered;
+        exchange_requests();
+      }
+      throw;
     }
     // The first update tells of the base mesh, too.
     if (std::exchange(is_told_, true)) mesh_->forget_changes();
@@ -83,7 +94,9 @@ public:
     result_.renumbered = is_renumbered;
     errors_->update(applied_, cut_->read());
     describe();
-    pin(cut_->read());
+    read_ = cut_->read();
+    missing_ = cut_->missing();
+    pin(read_);
     result_.tets_added = result_.tets + result_.tets_removed - tets;
     result_.vertices_added = result_.vertices + result_.vertices_removed - vertices;
     result_.seconds = seconds_since(begin);
@@ -94,12 +107,12 @@ public:
   Extraction extraction() const {
     const auto begin = Clock::now();
     auto lock = hierarchy_.lock();
-    if (is_broken_ || !is_sound()) {
+    if (is_broken_ || !is_sound(read_)) {
       lock.unlock();
       return asked_ ? dataset_->extract(*asked_) : Impl(dataset_).extraction();
     }
-    Extraction extraction = extract_cut(
-        hierarchy_, {applied_, applied_count_, cut_->read(), cut_->missing(), result_.limited_by}, request_);
+    Extraction extraction =
+        extract_cut(hierarchy_, {applied_, applied_count_, read_, missing_, result_.limited_by}, request_);
     extraction.complete = !lacks_blocks_;
     extraction.failures = failures_;
     extraction.bytes_read = hierarchy_.bytes_read();
@@ -112,10 +125,15 @@ public:
   [[nodiscard]] const SlotMesh* mesh() const { return mesh_ ? &*mesh_ : nullptr; }
 
 private:
-  /// Whether what the session knows of the hierarchy still holds. The lock must be held.
-  [[nodiscard]] bool is_sound() const {
+  /// Whether what the session knows of the hierarchy still holds, and these blocks are in it. The lock must be held.
+  [[nodiscard]] bool is_sound(const BlockSet& read) const {
     const Loader& loader = hierarchy_.loader();
-    return loader.revision() == revision_ && loader.holds(cut_->read());
+    return loader.revision() == revision_ && loader.holds(read);
+  }
+
+  void exchange_requests() {
+    std::swap(request_, next_);
+    std::swap(asked_, next_asked_);
   }
 
   /// Whether no block is missing that the request depends on.
@@ -130,6 +148,8 @@ private:
     errors_.emplace(hierarchy_);
     applied_.assign(hierarchy_.header().record_count, 0);
     applied_count_ = 0;
+    read_.assign(hierarchy_.blocks().size(), 0);
+    missing_.assign(hierarchy_.blocks().size(), 0);
     result_ = {};
     result_.limited_by = applied_.empty() ? LimitedBy::kNothing : LimitedBy::kError; // nothing is asked of it yet
     is_told_ = false;
@@ -251,7 +271,7 @@ private:
 
   std::shared_ptr<const Dataset> dataset_;
   Hierarchy& hierarchy_;
-  std::optional<Request> asked_; ///< last; none before the first update
+  std::optional<Request> asked_, next_asked_; ///< the last one, none before the first update; the one that comes
   ResolvedRequest request_, next_;
   bool is_broken_ = false;     ///< an update did not come to its end: the next one starts over
   std::uint64_t revision_ = 0; ///< of the hierarchy's content that the following is about
@@ -260,6 +280,7 @@ private:
   std::optional<RunningErrors> errors_;
   std::vector<char> applied_; ///< by record: what the mesh is split by
   std::uint32_t applied_count_ = 0;
+  BlockSet read_, missing_; ///< of the cut that the mesh was made for
   SessionUpdate result_;
   std::vector<BlockFailure> failures_;
   bool lacks_blocks_ = false; ///< that could not be had; there may be others that there was no time for
@@ -274,8 +295,8 @@ Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 
-const SessionUpdate& Session::update(const Request& request) {
-  return impl_->update(request);
+const SessionUpdate& Session::update(const Request& request, const ProgressCallback& progress) {
+  return impl_->update(request, progress);
 }
 std::span<const std::array<std::uint32_t, 4>> Session::tets() const {
   return impl_->mesh() ? impl_->mesh()->tets() : std::span<const std::array<std::uint32_t, 4>>();

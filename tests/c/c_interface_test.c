@@ -407,14 +407,14 @@ static void test_source(const ptet_bytes* bytes) {
   ptet_session_changes changes = {.struct_size = sizeof changes};
   SUCCEEDS(ptet_session_open(dataset, &session, &error));
   FAILS(PTET_BAD_ARGUMENT, "no failure", ptet_session_get_failure(session, 0, &failure, &error));
-  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  SUCCEEDS(ptet_session_update(session, NULL, NULL, NULL, &changes, &error));
   CHECK(changes.complete == 0 && changes.failures > 0);
   SUCCEEDS(ptet_session_get_failure(session, changes.failures - 1, &failure, &error));
   CHECK(failure.status == PTET_IO_ERROR && strstr(failure.message, "-5") != NULL);
   FAILS(PTET_BAD_ARGUMENT, "no failure", ptet_session_get_failure(session, changes.failures, &failure, &error));
   FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_get_failure(NULL, 0, &failure, &error));
   memory.answer = 0; /* it can be had again */
-  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  SUCCEEDS(ptet_session_update(session, NULL, NULL, NULL, &changes, &error));
   CHECK(changes.complete == 1 && changes.failures == 0 && changes.tets == TETS);
   ptet_session_free(session);
   SUCCEEDS(ptet_dataset_extract(dataset, NULL, NULL, NULL, &extraction, &error));
@@ -969,7 +969,7 @@ static void test_sessions(const ptet_dataset* dataset) {
     if (step == 6) SUCCEEDS(ptet_request_set_max_tets(request, 0, &error));
     SUCCEEDS(ptet_request_set_origins(request, step > 1 && step < 6, &error));
     const ptet_request* asked = step == 7 ? NULL : request;
-    SUCCEEDS(ptet_session_update(session, asked, &changes, &error));
+    SUCCEEDS(ptet_session_update(session, asked, NULL, NULL, &changes, &error));
     CHECK(changes.struct_size == sizeof changes && changes.complete == 1 && changes.seconds >= 0);
     CHECK(changes.splits > 0 || changes.collapses > 0 || step == 0);
     CHECK(changes.vertices_added == (step == 0 ? changes.vertices : changes.splits));
@@ -978,27 +978,36 @@ static void test_sessions(const ptet_dataset* dataset) {
     check_session(dataset, session, asked, &changes, copy);
   }
   CHECK(changes.tets == TETS);
-  SUCCEEDS(ptet_session_update(session, NULL, NULL, &error));
-  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  SUCCEEDS(ptet_session_update(session, NULL, NULL, NULL, NULL, &error));
+  SUCCEEDS(ptet_session_update(session, NULL, NULL, NULL, &changes, &error));
   CHECK(changes.splits == 0 && changes.collapses == 0 && changes.changed_tet_count == 0); /* there is nothing to do */
 
   /* What cannot be met leaves the mesh as it was. */
   SUCCEEDS(ptet_request_add_field_error(request, "density", 1, 0, &error));
-  FAILS(PTET_BAD_ARGUMENT, "density", ptet_session_update(session, request, &changes, &error));
+  FAILS(PTET_BAD_ARGUMENT, "density", ptet_session_update(session, request, NULL, NULL, &changes, &error));
   check_session(dataset, session, NULL, &changes, copy);
+  struct counter counter = {0, 1};
+  SUCCEEDS(ptet_request_clear(request, &error));
+  SUCCEEDS(ptet_request_set_max_tets(request, TETS / 2, &error));
+  FAILS(PTET_CANCELLED, "cancelled", ptet_session_update(session, request, count_progress, &counter, &changes, &error));
+  CHECK(counter.calls == 1);
+  check_session(dataset, session, NULL, &changes, copy);
+  SUCCEEDS(ptet_session_update(session, NULL, count_progress, &counter, &changes, &error)); /* it is asked once more */
+  CHECK(counter.calls == 2 && changes.complete == 1 && changes.splits == 0 && changes.renumbered == 0);
+  SUCCEEDS(ptet_request_add_field_error(request, "density", 1, 0, &error));
   ptet_array array = {.struct_size = sizeof array};
   FAILS(PTET_BAD_ARGUMENT, "no field 3", ptet_session_get_field(session, 3, &array, &error));
   FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_session_get_field(session, 0, NULL, &error));
   FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_get_field(NULL, 0, &array, &error));
   FAILS(PTET_BAD_ARGUMENT, "is NULL", ptet_session_get_positions(session, NULL, &error));
   FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_get_positions(NULL, &array, &error));
-  FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_update(NULL, request, &changes, &error));
+  FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_update(NULL, request, NULL, NULL, &changes, &error));
   changes.struct_size = offsetof(ptet_session_changes, renumbered); /* as of who does not know of it */
   changes.renumbered = 7;
-  SUCCEEDS(ptet_session_update(session, NULL, &changes, &error));
+  SUCCEEDS(ptet_session_update(session, NULL, NULL, NULL, &changes, &error));
   CHECK(changes.complete == 1 && changes.renumbered == 7);
   changes.struct_size = 8;
-  FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_session_update(session, NULL, &changes, &error));
+  FAILS(PTET_BAD_ARGUMENT, "struct_size", ptet_session_update(session, NULL, NULL, NULL, &changes, &error));
   ptet_extraction* extraction = NULL;
   FAILS(PTET_BAD_ARGUMENT, "session is NULL", ptet_session_extract(NULL, &extraction, &error));
   FAILS(PTET_BAD_ARGUMENT, "NULL", ptet_session_extract(session, NULL, &error));

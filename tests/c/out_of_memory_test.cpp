@@ -178,23 +178,25 @@ int main() {
     check(open(nullptr) == PTET_OK && ptet_session_open(dataset, &session, nullptr) == PTET_OK, "opens", -1);
   };
   exhaust(
-      "update", [&](ptet_error** error) { return ptet_session_update(session, request, nullptr, error); }, close_both,
-      open_both);
+      "update",
+      [&](ptet_error** error) { return ptet_session_update(session, request, nullptr, nullptr, nullptr, error); },
+      close_both, open_both);
   // A session that has failed goes on, whatever the failure has left of its slots.
   ptet_request* const whole = ptet_request_new();
   const auto check_and_close = [&] {
     if (session != nullptr) {
-      check(ptet_session_update(session, request, nullptr, nullptr) == PTET_OK, "goes on", -1);
+      check(ptet_session_update(session, request, nullptr, nullptr, nullptr, nullptr) == PTET_OK, "goes on", -1);
       check(tets_in_slots(session) == info.tets, "the same mesh in slots", -1);
     }
     close_both();
   };
   exhaust(
       "update from mesh to mesh",
-      [&](ptet_error** error) { return ptet_session_update(session, whole, nullptr, error); }, check_and_close,
+      [&](ptet_error** error) { return ptet_session_update(session, whole, nullptr, nullptr, nullptr, error); },
+      check_and_close,
       [&] {
         open_both();
-        check(ptet_session_update(session, request, nullptr, nullptr) == PTET_OK, "updates", -1);
+        check(ptet_session_update(session, request, nullptr, nullptr, nullptr, nullptr) == PTET_OK, "updates", -1);
       });
   check_and_close();
   ptet_request_free(whole);
@@ -220,7 +222,7 @@ int main() {
           ptet_extraction_free(in_time);
         }
         if (next == Next::kSession) {
-          check(ptet_session_update(session, request, nullptr, nullptr) == PTET_OK, "goes on", -1);
+          check(ptet_session_update(session, request, nullptr, nullptr, nullptr, nullptr) == PTET_OK, "goes on", -1);
           check(tets_in_slots(session) == info.tets, "the same mesh in slots", -1);
         }
       }
@@ -249,7 +251,7 @@ int main() {
   ptet_request_free(hurried);
 
   open_both();
-  check(ptet_session_update(session, request, nullptr, nullptr) == PTET_OK, "updates", -1);
+  check(ptet_session_update(session, request, nullptr, nullptr, nullptr, nullptr) == PTET_OK, "updates", -1);
   exhaust("extract from a session",
           [&](ptet_error** error) { return ptet_session_extract(session, &extraction, error); });
   ptet_extraction_info updated{};

@@ -56,7 +56,7 @@ TEST_CASE("a thread loads while eight ask") {
   const LoadingSample& s = sample();
   OpenOptions options;
   options.background = true;
-  for (unsigned seed = 0; seed < 4; ++seed) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
     const auto source = std::make_shared<FailingSource>(s.bytes);
     const auto dataset = Dataset::open(source, options);
     auto random = std::make_shared<std::mt19937>(seed);
@@ -579,6 +579,53 @@ TEST_CASE("loading that is cancelled leaves the blocks that were decoded, closed
     CHECK(hierarchy.loader().holds(BlockSet(s.blocks.size(), 1)));
   }
   CHECK(counts.size() >= 3); // none, some, all
+}
+
+TEST_CASE("an update of a session that is cancelled has changed nothing, and the next one goes on") {
+  const LoadingSample& s = long_sample();
+  const bool is_limited = GENERATE(false, true);
+  CAPTURE(is_limited);
+  OpenOptions options;
+  if (is_limited) options.memory_limit = s.decoded_bytes * 3 / 4;
+  int cancelled = 0, read_before = 0, restarted = 0;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const auto dataset = Dataset::open_memory(s.bytes, options);
+    const auto whole = Dataset::open_memory(s.bytes);
+    Session session(dataset);
+    SlotCopy copy;
+    RandomRequests requests(dataset->info(), 211 + seed);
+    copy.follow(session, session.update(error_request(1)));
+    for (int i = 0; i < 8; ++i) {
+      CAPTURE(seed, i);
+      const Extraction before = session.extraction();
+      const Request request = requests.next();
+      int asked = 0;
+      const auto cancels = [&](const Progress&) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(6)); // so that it is asked the next time, too
+        return ++asked <= i % 4;
+      };
+      try {
+        copy.follow(session, session.update(request, cancels));
+      } catch (const Error& error) {
+        REQUIRE(error.code() == ErrorCode::kCancelled);
+        REQUIRE(asked == i % 4 + 1);
+        ++cancelled;
+        if (asked > 1) ++read_before;
+        REQUIRE(copy.difference(session) == "");
+        REQUIRE(same_mesh(session.extraction(), before));
+        REQUIRE(session.extraction().limited_by == before.limited_by);
+      }
+      if (i % 3 == 0) continue; // another one comes before it is met
+      const SessionUpdate& update = session.update(request);
+      copy.follow(session, update);
+      if (update.renumbered) ++restarted;
+      REQUIRE(copy.difference(session) == "");
+      if (update.complete) REQUIRE(difference(session, update, whole->extract(request)) == "");
+    }
+  }
+  CHECK(cancelled > 20);
+  CHECK(read_before > 5);
+  if (!is_limited) CHECK(restarted < 4); // where hardly any slots were used any more
 }
 
 TEST_CASE("progress is told now and then, however many blocks there are") {

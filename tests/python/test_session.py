@@ -91,8 +91,8 @@ class Session(unittest.TestCase):
             def __getattr__(self, name):
                 return getattr(self.core, name)
 
-            def update(self, request):
-                self.core.update(request)
+            def update(self, request, progress):
+                self.core.update(request, progress)
                 raise KeyboardInterrupt
 
         session = ptet.open(built()).session()
@@ -207,6 +207,28 @@ class Session(unittest.TestCase):
         self.check_same(session, data.extract(error="5%"))
         with self.assertRaises(ptet.ArgumentError):
             ptet.Session(3)
+
+    def test_cancelled_updates_leave_the_mesh(self):
+        data = ptet.open(built())
+        session = data.session()
+        session.update(error="20%")
+        told = []
+
+        def cancel(*what):
+            told.append(what)
+            return False
+
+        with self.assertRaises(ptet.Cancelled):
+            session.update(error="5%", progress=cancel)
+        self.assertEqual(told, [("reading", 0, 0)])
+        self.check_same(session, data.extract(error="20%"))
+        with self.assertRaises(ZeroDivisionError):
+            session.update(error="5%", progress=lambda *_: 1 // 0)
+        with self.assertRaisesRegex(ptet.ArgumentError, "called"):
+            session.update(error="5%", progress=3)
+        self.check_same(session, data.extract(error="20%"))
+        self.assertTrue(session.update(error="5%", progress=lambda *_: None).renumbered)
+        self.check_same(session, data.extract(error="5%"))
 
     def test_one_thread_at_a_time(self):
         class Slow:

@@ -123,7 +123,7 @@ class Stubs(unittest.TestCase):
         extract = inspect.signature(ptet.Dataset.extract).parameters
         update = inspect.signature(ptet.Session.update).parameters
         self.assertEqual({name: extract[name] for name in update}, dict(update))
-        self.assertEqual(set(extract) - set(update), {"progress", "input_order"})
+        self.assertEqual(set(extract) - set(update), {"input_order"})
 
     def test_type_checker(self):
         """The package by itself, and a user's file with what must be refused."""

@@ -448,10 +448,12 @@ typedef struct ptet_session_changes {
 ptet_status ptet_session_open(const ptet_dataset* dataset, ptet_session** session, ptet_error** error);
 void ptet_session_free(ptet_session* session);
 /* Makes the mesh that answers `request` (NULL: the original): once it is complete, that of ptet_dataset_extract,
- * whatever came before. `changes` may be NULL. Errors as of ptet_dataset_extract; after PTET_BAD_ARGUMENT the mesh is
- * as it was, after others its slots are of no use before the next update, which starts over. */
-ptet_status ptet_session_update(ptet_session* session, const ptet_request* request, ptet_session_changes* changes,
-                                ptet_error** error);
+ * whatever came before. `progress` and `changes` may be NULL; `progress` is called first and while parts of the file
+ * are read or waited for, and must not use the session. Errors as of ptet_dataset_extract;
+ * after PTET_BAD_ARGUMENT the mesh is as it was, after PTET_CANCELLED too, unless the session had to start over; after
+ * others its slots are of no use before the next update, which starts over. */
+ptet_status ptet_session_update(ptet_session* session, const ptet_request* request, ptet_progress_callback progress,
+                                void* user, ptet_session_changes* changes, ptet_error** error);
 
 /* `failure`: 0 to ptet_session_changes.failures of the last update - 1; valid until the next one. */
 ptet_status ptet_session_get_failure(const ptet_session* session, uint32_t failure, ptet_block_failure* info,

@@ -7,12 +7,13 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._arrays import as_callback
 from ._dataset import Dataset
 from ._errors import ArgumentError, Error
 from ._extraction import BlockFailure, Extraction
@@ -21,7 +22,7 @@ from ._request import Bound, Budget, ErrorBounds, Region, Values, View, make_req
 UNUSED = 0xFFFFFFFF
 """What unused slots hold."""
 
-_SLICE_MS = 250.0  # so long the library works before Python looks for Ctrl-C
+_SLICE_MS = 250.0  # so long the library changes the mesh before Python looks for Ctrl-C
 
 Slots = npt.NDArray[np.uint32]
 
@@ -132,15 +133,20 @@ class Session:
 
     def update(self, *, error: ErrorBounds | None = None, domain_error: Bound | None = None,
                focus: Region | Iterable[Region] | None = None, values: Values | Iterable[Values] | None = None,
-               view: View | None = None, budget: Budget | int | None = None, origins: bool = False) -> SessionUpdate:
+               view: View | None = None, budget: Budget | int | None = None, origins: bool = False,
+               progress: Optional[Callable[[str, int, int], Any]] = None) -> SessionUpdate:
         """Makes the mesh that answers the request; arguments as of Dataset.extract. With `origins` there is `made_by`
         until the next update without, kept up like the tets. What does not fit Budget.milliseconds is left to the next
         update. Blocks that cannot be had do not raise here: `complete`, `limited_by` and `failures` tell.
+        `progress` is called as of `build`, first and while blocks are read or waited for; returning False, not 0 or
+        None, raises Cancelled.
 
         Raises:
-            ArgumentError; the mesh is then as it was. Error: another thread updates. Ctrl-C raises KeyboardInterrupt;
-            the next update goes on from there, and is `renumbered`.
+            ArgumentError; the mesh is then as it was. Error: another thread updates. After Cancelled, and
+            KeyboardInterrupt by Ctrl-C, the mesh is between the last one and what was asked, the next update goes on
+            from there, and is `renumbered`.
         """
+        as_callback(progress)
         info = self._dataset.info
         request = make_request(info.vertices, info.tets, error=error, domain_error=domain_error, focus=focus,
                                values=values, view=view, budget=budget, origins=origins)
@@ -148,7 +154,7 @@ class Session:
             self._catch_up()
             self._is_behind = True
             try:
-                summary = self._summary(self._in_slices(request))
+                summary = self._summary(self._in_slices(request, progress))
             except ArgumentError:
                 self._is_behind = False
                 raise
@@ -226,7 +232,8 @@ class Session:
         else:
             self._made_by.follow(changed, self._core.slots[0])
 
-    def _in_slices(self, request: _core.Request) -> list[dict[str, Any]]:
+    def _in_slices(self, request: _core.Request,
+                   progress: Optional[Callable[[str, int, int], Any]]) -> list[dict[str, Any]]:
         """What the library says of each; the tables follow."""
         allowed_ms = request.max_milliseconds
         steps: list[dict[str, Any]] = []
@@ -238,7 +245,7 @@ class Session:
                 if left_ms <= 0:
                     return steps
             request.max_milliseconds = min(left_ms, _SLICE_MS)
-            step = self._core.update(request)
+            step = self._core.update(request, progress)
             self._follow(step)
             steps.append(step)
             if step["limited_by"] != "time":

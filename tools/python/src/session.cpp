@@ -28,9 +28,9 @@ public:
   OpenSession(const OpenSession&) = delete;
   OpenSession& operator=(const OpenSession&) = delete;
 
-  py::dict update(const Request& request) {
-    const SessionUpdate* const done =
-        without_gil(py::none(), *pending_, [&](const ProgressCallback&) { return &session_->update(request); });
+  py::dict update(const Request& request, const py::object& progress) {
+    const SessionUpdate* const done = without_gil(
+        progress, *pending_, [&](const ProgressCallback& callback) { return &session_->update(request, callback); });
     py::dict dict;
     dict["changed_tets"] = copy(done->changed_tets);
     dict["changed_faces"] = copy(done->changed_faces);
