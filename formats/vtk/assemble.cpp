@@ -103,6 +103,13 @@ void Assembler::note_once(const std::string& note) {
   if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
 }
 
+void Assembler::note_cell_array(const std::string& name) {
+  std::vector<std::string>& names = report_.cell_arrays;
+  const bool is_of_vtk = name.starts_with("vtk"); // marks and ids of its filters, as vtkOriginalCellIds
+  if (!is_of_vtk && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  note_once("cell array '" + name + "' is not carried");
+}
+
 void Assembler::add_array(PointArray& to, vtkDataArray& from, std::uint64_t points) {
   if (static_cast<std::uint64_t>(from.GetNumberOfTuples()) != points)
     fail("point array '" + to.name + "' has " + grouped(static_cast<std::uint64_t>(from.GetNumberOfTuples())) +
@@ -307,6 +314,8 @@ TetMesh Assembler::finish(const ProgressCallback& progress) {
     fail("holds " + (parts.empty() ? "no cells" : joined(parts) + " and no volume cells") + ": ptet needs tetrahedra");
   }
   if (!parts.empty()) report_.notes.push_back("skipped " + joined(parts));
+  if (mesh_.point_arrays.empty() && !report_.cell_arrays.empty())
+    report_.notes.push_back(std::string("only cells have values: ") + kCellsToPoints);
   if (ghost_points_ != 0)
     report_.notes.push_back("the flags of points (vtkGhostType: duplicate or hidden) are not carried; they mark " +
                             grouped(ghost_points_) + (ghost_points_ == 1 ? " point" : " points"));

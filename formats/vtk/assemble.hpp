@@ -25,6 +25,8 @@ public:
 
   /// To the notes, however often it is said.
   void note_once(const std::string& note);
+  /// One that is not carried.
+  void note_cell_array(const std::string& name);
   /// Appends the points and point arrays of a grid. Every grid must have the arrays of the first.
   void add_points(vtkUnstructuredGrid& grid);
   /// Appends the cells of a grid, whose ids are rows of the points that were added last.

@@ -284,8 +284,7 @@ void read_exodus(const Source& source, Assembler& assembler) {
   reader->SetGenerateObjectIdCellArray(false);
   reader->SetAllArrayStatus(vtkExodusIIReader::ELEM_BLOCK, 1);
   for (int i = 0; i < reader->GetNumberOfElementResultArrays(); ++i)
-    source.report.notes.push_back(std::string("cell array '") + reader->GetElementResultArrayName(i) +
-                                  "' is not carried");
+    assembler.note_cell_array(reader->GetElementResultArrayName(i));
   const int steps = reader->GetNumberOfTimeSteps();
   if (steps > 0) {
     reader->SetAllArrayStatus(vtkExodusIIReader::NODAL, 1);

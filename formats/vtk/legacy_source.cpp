@@ -30,16 +30,16 @@ void read_legacy(const Source& source, Assembler& assembler) {
       assembler.fail("is cut short, or an array in it has fewer values than it says");
 
   vtkUnstructuredGrid& grid = *reader->GetOutput();
-  const auto note_left_out = [&](vtkFieldData& data, const std::string& what) {
+  const auto each_left_out = [&](vtkFieldData& data, const auto& note) {
     for (int i = 0; i < data.GetNumberOfArrays(); ++i) {
       const char* given = data.GetArrayName(i);
       const std::string name = given ? given : "";
-      if (name != vtkDataSetAttributes::GhostArrayName())
-        source.report.notes.push_back(what + " '" + name + "' is not carried");
+      if (name != vtkDataSetAttributes::GhostArrayName()) note(name);
     }
   };
-  note_left_out(*grid.GetCellData(), "cell array");
-  note_left_out(*grid.GetFieldData(), "field data");
+  each_left_out(*grid.GetCellData(), [&](const std::string& name) { assembler.note_cell_array(name); });
+  each_left_out(*grid.GetFieldData(),
+                [&](const std::string& name) { assembler.note_once("field data '" + name + "' is not carried"); });
   assembler.add_points(grid);
   assembler.add_cells(grid);
 }

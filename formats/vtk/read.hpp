@@ -14,10 +14,15 @@ namespace ptet {
 
 /// What was read, for the user: nothing that was left out or renamed goes unsaid.
 struct ReadReport {
-  std::string format;                  ///< "VTU", "PVTU", "legacy VTK" or "Exodus"
-  std::vector<std::string> more_files; ///< the pieces of a PVTU
-  std::vector<std::string> notes;      ///< one sentence each: cells split or skipped, arrays renamed or not carried
+  std::string format;                   ///< "VTU", "PVTU", "legacy VTK" or "Exodus"
+  std::vector<std::string> more_files;  ///< the pieces of a PVTU
+  std::vector<std::string> cell_arrays; ///< names of those that hold values: they are not carried, as the notes say
+  std::vector<std::string> notes;       ///< one sentence each: cells split or skipped, arrays renamed or not carried
 };
+
+/// What to do where values are wanted that only cells have.
+inline constexpr const char* kCellsToPoints =
+    "give them to the points first, as ParaView's 'Cell Data to Point Data' does (VTK's vtkCellDataToPointData)";
 
 /// Reads the mesh in `path`: VTU, PVTU, legacy VTK or Exodus, told apart by the contents and not by the ending.
 ///

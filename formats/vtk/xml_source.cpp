@@ -178,8 +178,9 @@ public:
   using vtkXMLUnstructuredGridReader::GetNumberOfPieces;
 
   std::uint64_t file_bytes = 0;
-  AnnouncedMesh announced;        ///< by every piece
-  std::vector<std::string> notes; ///< of every piece
+  AnnouncedMesh announced;              ///< by every piece
+  std::vector<std::string> cell_arrays; ///< of every piece: those left out
+  std::vector<std::string> notes;       ///< of every piece
 
 protected:
   void CreateXMLParser() override {
@@ -414,7 +415,7 @@ private:
       array.SetAttribute("Name", name.c_str());
       if (is_ghost_array(array)) continue;
       CellDataArraySelection->AddArray(name.c_str(), false);
-      notes.push_back("cell array '" + name + "' is not carried");
+      cell_arrays.push_back(name);
     }
   }
 
@@ -623,6 +624,8 @@ std::vector<std::string> pieces_of_pvtu(const std::string& path) {
 void read_vtu(const Source& source, Assembler& assembler) {
   const vtkSmartPointer<CheckedReader> reader = opened(source);
   check_memory(source, reader->announced);
+  for (const std::string& name : reader->cell_arrays)
+    assembler.note_cell_array(name);
   for (const std::string& note : reader->notes)
     assembler.note_once(note);
 

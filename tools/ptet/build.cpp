@@ -15,6 +15,7 @@
 #include "ptet/pieces_build.hpp"
 #include "ranks.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -161,14 +162,16 @@ std::vector<std::string> names_of(const TetMesh& mesh) {
   return names;
 }
 
-/// The rule of BuildOptions::fields.
-std::vector<std::string> governing_names(const TetMesh& mesh, const std::vector<std::string>& asked) {
+/// The rule of BuildOptions::fields. `cell_arrays`: names that are not those of point arrays.
+std::vector<std::string> governing_names(const TetMesh& mesh, const std::vector<std::string>& asked,
+                                         const std::vector<std::string>& cell_arrays) {
   const std::vector<std::string> all = names_of(mesh);
   for (const std::string& name : asked) {
-    if (mesh.find(name) == nullptr) {
-      throw Error(ErrorCode::kBadArgument,
-                  "--field: there is no point array '" + name + "'; there are: " + quoted_list(all));
-    }
+    if (mesh.find(name) != nullptr) continue;
+    if (std::find(cell_arrays.begin(), cell_arrays.end(), name) != cell_arrays.end())
+      throw Error(ErrorCode::kBadArgument, "--field: only cells have values of '" + name + "': " + kCellsToPoints);
+    throw Error(ErrorCode::kBadArgument,
+                "--field: there is no point array '" + name + "'; there are: " + quoted_list(all));
   }
   if (!asked.empty()) return asked;
   std::vector<std::string> names;
@@ -254,7 +257,7 @@ void run(const Arguments& arguments) {
   BuildOptions options = wishes.options;
   options.checkpoint.path = checkpoint;
   options.max_field_error = resolve_field_bounds("--max-field-error", wishes.max_field_error, names_of(mesh),
-                                                 governing_names(mesh, options.fields));
+                                                 governing_names(mesh, options.fields, outcome.read.cell_arrays));
   if (wishes.target) options.target_vertices = target_of(*wishes.target, mesh.vertex_count());
   const std::string hash =
       ranks.is_first() ? hash_input(arguments.input, outcome.read.more_files, callback) : std::string();
