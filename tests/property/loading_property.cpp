@@ -612,8 +612,13 @@ TEST_CASE("an update of a session that is cancelled has changed nothing, and the
         ++cancelled;
         if (asked > 1) ++read_before;
         REQUIRE(copy.difference(session) == "");
-        REQUIRE(same_mesh(session.extraction(), before));
-        REQUIRE(session.extraction().limited_by == before.limited_by);
+        const Extraction after = session.extraction();
+        REQUIRE(same_mesh(after, before));
+        REQUIRE(after.limited_by == before.limited_by);
+        REQUIRE(after.made_by == before.made_by); // it is of the request before
+        REQUIRE(after.in_focus.size() == before.in_focus.size());
+        REQUIRE(after.at_values.size() == before.at_values.size());
+        REQUIRE(after.in_view.has_value() == before.in_view.has_value());
       }
       if (i % 3 == 0) continue; // another one comes before it is met
       const SessionUpdate& update = session.update(request);
