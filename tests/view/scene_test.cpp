@@ -4,6 +4,7 @@
 #include "support/meshes.hpp"
 #include "support/naive_simplifier.hpp"
 #include "tools/view/caption.hpp"
+#include "tools/view/number.hpp"
 #include "tools/view/scene.hpp"
 #include "tools/view/to_vtk.hpp"
 
@@ -11,6 +12,7 @@
 #include <atomic>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <thread>
 
 #include <catch2/catch.hpp>
@@ -466,6 +468,30 @@ TEST_CASE("VTK is handed the frame's own memory") {
   CHECK(surface->GetPointData()->GetScalars()->GetNumberOfTuples() == surface->GetNumberOfPoints());
   const auto volume = to_vtk(scene.step(settings_for(Show::kVolume)).cells);
   CHECK(volume->GetNumberOfCells() == static_cast<vtkIdType>(frame.tets));
+}
+
+TEST_CASE("numbers have the digits that tell them apart") {
+  CHECK(brief_within(1, 0.123456) == "0.1235");
+  CHECK(brief_within(1e4, 9999) == "9999");
+  CHECK(brief_within(9, 101326.5) == "101326.5");
+  CHECK(brief_within(0.08, 293.1532) == "293.1532");
+  CHECK(brief_within(0, 101326.5) == "101326.5");
+  CHECK(brief_within(1e-30, 1) == "1");
+  CHECK(digits_within(1, 0) == 4);
+}
+
+TEST_CASE("a plane across an axis is told by its place on it, whichever way it points") {
+  Plane plane{{0, -2, 0}, -3};
+  CHECK(plane.axis() == std::optional<std::size_t>(1));
+  CHECK(plane.place() == 1.5);
+  plane.move_to(-0.25);
+  CHECK(plane.distance({7, -0.25, 7}) == 0);
+  CHECK(plane.normal == Point{0, -2, 0});
+  Plane askew{{1, 1, 0}, 4};
+  CHECK_FALSE(askew.axis());
+  CHECK(askew.place() == 4);
+  askew.move_to(2);
+  CHECK(askew.offset == 2);
 }
 
 TEST_CASE("the caption says what was asked and achieved") {

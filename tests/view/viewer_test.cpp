@@ -13,6 +13,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <thread>
@@ -361,13 +362,13 @@ TEST_CASE("the error slider is dragged") {
 
 TEST_CASE("the plane's slider moves the slice") {
   Window window(settings_for(Show::kSlice));
-  const double offset = window->settings().plane.offset;
+  const double place = window->settings().plane.place(); // on y: the normal points the other way
   const auto y = int(0.05 * 360);
   window.drag(int(0.825 * 480), y, int(0.9 * 480), y);
-  CHECK(window->settings().plane.offset > offset);
+  CHECK(window->settings().plane.place() > place);
   const std::uint64_t number = window->frame().number;
   window.drag(int(0.9 * 480), y, int(0.75 * 480), y);
-  CHECK(window->settings().plane.offset < offset);
+  CHECK(window->settings().plane.place() < place);
   CHECK(window->frame().number > number);
 }
 
@@ -466,8 +467,15 @@ TEST_CASE("a picture that cannot be written is an error") {
   const rlimit small_limit{100, limit.rlim_max};
   REQUIRE(setrlimit(RLIMIT_FSIZE, &small_limit) == 0);
   CHECK_THROWS_AS(viewer.write_picture(path), Error);
+  const std::filesystem::path before_in = std::filesystem::current_path();
+  std::filesystem::current_path(folder / "");
+  CHECK_NOTHROW(viewer.execute(Command::kPicture)); // a key ends no window
   REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
   (void)std::signal(SIGXFSZ, restore);
   CHECK(test::read_bytes(path) == before);
   CHECK(folder.names() == std::vector<std::string>{"p.png"});
+  viewer.execute(Command::kPicture);
+  viewer.execute(Command::kPicture);
+  std::filesystem::current_path(before_in);
+  CHECK(folder.names() == std::vector<std::string>{"p.png", "ptet-view-2.png", "ptet-view.png"});
 }

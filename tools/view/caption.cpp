@@ -2,6 +2,7 @@
 
 #include "lod/region.hpp"
 #include "mesh/number_text.hpp"
+#include "number.hpp"
 #include "tools/brief_up.hpp"
 
 #include <algorithm>
@@ -9,12 +10,6 @@
 #include <cstdio>
 
 namespace ptet::view {
-
-std::string brief(double number) {
-  std::array<char, 32> text{};
-  (void)std::snprintf(text.data(), text.size(), "%.3g", number);
-  return text.data();
-}
 
 namespace {
 
@@ -86,6 +81,12 @@ std::string name_of(const ColourBy& colour, const DatasetInfo& info) {
   return "";
 }
 
+std::string name_of(const Plane& plane, const DatasetInfo& info) {
+  const std::optional<std::size_t> axis = plane.axis();
+  if (!axis) return "";
+  return std::string(1, "xyz"[*axis]) + " = " + brief_within(info.box_max[*axis] - info.box_min[*axis], plane.place());
+}
+
 std::string name_of_error(const std::optional<double>& error) {
   if (!error) return "none";
   return *error == 0 ? "0" : percent(*error, 1);
@@ -94,7 +95,10 @@ std::string name_of_error(const std::optional<double>& error) {
 std::string caption(const std::string& file, const DatasetInfo& info, const Settings& settings, const Frame& frame) {
   std::string text = file + ": " + name_of(settings.show);
   if (settings.show == Show::kIsosurface && settings.isovalue && settings.iso_field < info.fields.size())
-    text += " of " + info.fields[settings.iso_field].name + " at " + brief(*settings.isovalue);
+    text += " of " + info.fields[settings.iso_field].name + " at " +
+            brief_within(info.fields[settings.iso_field].range, *settings.isovalue);
+  const bool has_plane = settings.show == Show::kSlice || settings.show == Show::kCells;
+  if (has_plane && settings.plane.axis()) text += " at " + name_of(settings.plane, info);
   text += "\nasked: " + asked(settings);
   text += "\nachieved: " + achieved(info, settings, frame);
   text += "\n" + grouped(frame.tets) + " of " + grouped(info.tets) + " tets (" +

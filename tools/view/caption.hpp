@@ -7,8 +7,8 @@
 
 namespace ptet::view {
 
-/// Three digits.
-[[nodiscard]] std::string brief(double number);
+/// "y = 1.7" for a plane across an axis, else "".
+[[nodiscard]] std::string name_of(const Plane& plane, const DatasetInfo& info);
 [[nodiscard]] const char* name_of(Show show);
 /// "Density", "error, % of the range", "level"
 [[nodiscard]] std::string name_of(const ColourBy& colour, const DatasetInfo& info);

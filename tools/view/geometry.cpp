@@ -31,6 +31,22 @@ Point between(const Point& a, const Point& b, double t) {
 
 } // namespace
 
+std::optional<std::size_t> Plane::axis() const {
+  const auto is_across = [](double x) { return x != 0; };
+  if (std::count_if(normal.begin(), normal.end(), is_across) != 1) return std::nullopt;
+  return static_cast<std::size_t>(std::find_if(normal.begin(), normal.end(), is_across) - normal.begin());
+}
+
+double Plane::place() const {
+  const std::optional<std::size_t> across = axis();
+  return across ? offset / normal[*across] : offset;
+}
+
+void Plane::move_to(double place) {
+  const std::optional<std::size_t> across = axis();
+  offset = across ? place * normal[*across] : place;
+}
+
 void Polygons::clear() {
   points.clear();
   point_values.clear();

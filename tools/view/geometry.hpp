@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -44,6 +45,11 @@ struct Plane {
   [[nodiscard]] double distance(const Point& p) const {
     return normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] - offset;
   }
+  /// Which one it lies across; none: it is askew.
+  [[nodiscard]] std::optional<std::size_t> axis() const;
+  /// Where on that axis, whichever way the normal points; of one that is askew, the offset.
+  [[nodiscard]] double place() const;
+  void move_to(double place);
 };
 
 /// Convex polygons: `corners` from offsets[i] up to offsets[i + 1] are rows of `points`.

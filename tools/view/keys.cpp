@@ -27,7 +27,7 @@ constexpr std::array<Key, 23> kKeys = {{
     {"e", "e", Command::kEdges, "edges on and off"},
     {"s", "s", Command::kSplit, "split screen with the original"},
     {"r", "r", Command::kResetCamera, "all of it in view"},
-    {"p", "p", Command::kPicture, "write a picture, ptet-view.png"},
+    {"p", "p", Command::kPicture, "write a picture, ptet-view.png or -2.png ..."},
     {"h", "h", Command::kHelp, "these keys on and off"},
     {"q", "q", Command::kQuit, "quit"},
 }};

@@ -1,8 +1,11 @@
 #include "overlay.hpp"
 
 #include "ink.hpp"
+#include "number.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include <vtkColorTransferFunction.h>
 #include <vtkNew.h>
@@ -18,6 +21,8 @@
 namespace ptet::view {
 namespace {
 
+constexpr double kBarWidth = 0.28, kBottom = 0.025; // parts of the window
+
 void set_look(vtkTextProperty* text, int size) {
   text->SetFontSize(size);
   text->SetColor(kInk[0], kInk[1], kInk[2]);
@@ -29,26 +34,28 @@ void set_look(vtkTextProperty* text, int size) {
 } // namespace
 
 Overlay::Overlay(vtkColorTransferFunction& colours, int width, int height, const std::string& help)
-    : renderer_(vtkSmartPointer<vtkRenderer>::New()), bar_(vtkSmartPointer<vtkScalarBarActor>::New()),
-      title_(vtkSmartPointer<vtkTextActor>::New()), help_(vtkSmartPointer<vtkTextActor>::New()) {
+    : width_(width), height_(height), renderer_(vtkSmartPointer<vtkRenderer>::New()),
+      bar_(vtkSmartPointer<vtkScalarBarActor>::New()), title_(vtkSmartPointer<vtkTextActor>::New()),
+      help_(vtkSmartPointer<vtkTextActor>::New()) {
   renderer_->SetLayer(1);
   renderer_->InteractiveOff();
 
   bar_->SetLookupTable(&colours);
-  bar_->SetNumberOfLabels(5);
   bar_->SetMaximumNumberOfColors(256);
-  bar_->SetLabelFormat("%.4g");
   bar_->SetOrientationToHorizontal();
-  bar_->GetPositionCoordinate()->SetValue(0.36, 0.025);
-  bar_->SetWidth(0.28);
-  const double bar_height = std::min(0.5, 48.0 / height);
-  bar_->SetHeight(bar_height);
+  bar_->SetWidth(kBarWidth);
+  bar_->SetHeight(std::min(0.5, 48.0 / height));
   bar_->UnconstrainedFontSizeOn();
   set_look(bar_->GetLabelTextProperty(), 14);
+  set_look(bar_->GetAnnotationTextProperty(), 14);
+  bar_->DrawBackgroundOn();
+  bar_->GetBackgroundProperty()->SetColor(1, 1, 1);
+  bar_->GetBackgroundProperty()->SetOpacity(0.75);
   renderer_->AddActor2D(bar_);
   title_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  title_->SetPosition(0.5, 0.025 + bar_height - 10.0 / height);
   set_look(title_->GetTextProperty(), 16);
+  title_->GetTextProperty()->SetBackgroundColor(1, 1, 1);
+  title_->GetTextProperty()->SetBackgroundOpacity(0.75);
   title_->GetTextProperty()->SetJustificationToCentered();
   renderer_->AddActor2D(title_);
 
@@ -68,8 +75,17 @@ vtkRenderer& Overlay::renderer() const {
   return *renderer_;
 }
 
-void Overlay::describe_colours(const std::string& title, int labels) {
-  bar_->SetNumberOfLabels(labels);
+void Overlay::describe_colours(const std::string& title, const Range& range, std::optional<int> labels) {
+  constexpr double kDigit = 8.5; // pixels
+  const int digits = digits_within(range.most - range.least, std::max(std::fabs(range.least), std::fabs(range.most)));
+  const double label = kDigit * (digits + 3); // a sign, a point, a gap
+  bar_->SetLabelFormat(("%." + std::to_string(digits) + "g").c_str());
+  bar_->SetNumberOfLabels(labels ? *labels : std::clamp(static_cast<int>(kBarWidth * width_ / label), 2, 5));
+  // What stands for values that are none has its name below it.
+  const double bottom = kBottom + (range.has_gaps ? 18.0 / height_ : 0);
+  bar_->SetDrawNanAnnotation(range.has_gaps ? 1 : 0);
+  bar_->GetPositionCoordinate()->SetValue(0.5 - kBarWidth / 2, bottom);
+  title_->SetPosition(0.5, bottom + bar_->GetHeight() - 10.0 / height_);
   title_->SetInput(title.c_str());
 }
 

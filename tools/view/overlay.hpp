@@ -4,6 +4,7 @@
 
 #include "scene.hpp"
 
+#include <optional>
 #include <string>
 
 #include <vtkSmartPointer.h>
@@ -23,14 +24,15 @@ public:
   Overlay(vtkColorTransferFunction& colours, int width, int height, const std::string& help);
 
   [[nodiscard]] vtkRenderer& renderer() const;
-  /// What the colours stand for, and how many numbers stand at the bar.
-  void describe_colours(const std::string& title, int labels);
+  /// What the colours stand for, from where to where, and how many numbers stand at the bar; none: as there is room.
+  void describe_colours(const std::string& title, const Range& range, std::optional<int> labels);
   void toggle_help();
   /// `left`, `right`: its ends, parts of the width. The caller takes it from the interactor before that goes.
   [[nodiscard]] vtkSmartPointer<vtkSliderWidget> make_slider(vtkRenderWindowInteractor& interactor, double left,
                                                              double right) const;
 
 private:
+  const int width_, height_;
   vtkSmartPointer<vtkRenderer> renderer_;
   vtkSmartPointer<vtkScalarBarActor> bar_;
   vtkSmartPointer<vtkTextActor> title_, help_;

@@ -28,7 +28,10 @@ void ShownMesh::choose(std::size_t column, std::size_t field) {
 void ShownMesh::set_row(Column& column, std::span<const PointArray> arrays, std::size_t row) {
   const double value = column.field < arrays.size() ? length_of_row(arrays[column.field], row) : 0;
   column.values[row] = value;
-  if (std::isfinite(value)) column.range.widen(value);
+  if (std::isfinite(value))
+    column.range.widen(value);
+  else
+    column.range.has_gaps = true;
 }
 
 void ShownMesh::follow(const Session& session, const SessionUpdate& update) {

@@ -2,11 +2,15 @@
 
 #include "caption.hpp"
 #include "formats/whole_file.hpp"
+#include "ink.hpp"
+#include "number.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <span>
+#include <system_error>
 
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
@@ -67,7 +71,7 @@ std::optional<double> error_at(double log) {
 
 /// What the second slider sets.
 double place_of(const Settings& settings) {
-  return settings.show == Show::kIsosurface ? settings.isovalue.value_or(0) : settings.plane.offset;
+  return settings.show == Show::kIsosurface ? settings.isovalue.value_or(0) : settings.plane.place();
 }
 
 } // namespace
@@ -86,6 +90,7 @@ Viewer::Viewer(const std::shared_ptr<const Dataset>& dataset, std::string name, 
       right_(vtkSmartPointer<vtkRenderer>::New()), colours_(vtkSmartPointer<vtkColorTransferFunction>::New()),
       camera_(vtkSmartPointer<vtkCamera>::New()), left_panel_(*left_, *colours_), right_panel_(*right_, *colours_),
       overlay_(*colours_, look.width, look.height, help_on_keys()) {
+  colours_->SetNanColor(kGrey[0], kGrey[1], kGrey[2]);
   window_->SetNumberOfLayers(2);
   window_->SetMultiSamples(4);
   window_->SetSize(look_.width, look_.height);
@@ -222,7 +227,10 @@ void Viewer::refresh() {
   const bool is_dragged = focus_widgets_ && focus_widgets_->is_shown();
   const std::optional<Region> focus = drawn_focus();
   left_panel_.show_focus(is_dragged ? std::nullopt : focus);
-  if (look_.text) left_panel_.set_title(caption(name_, dataset_->info(), settings_, scene_.frame()));
+  if (look_.text) {
+    const std::string text = caption(name_, dataset_->info(), settings_, scene_.frame());
+    left_panel_.set_title(text + (notice_.empty() ? "" : "\n" + notice_));
+  }
   if (look_.split) {
     right_panel_.show(original_->frame(), settings_.show, look_.edges);
     right_panel_.show_focus(focus);
@@ -231,8 +239,8 @@ void Viewer::refresh() {
   }
   constexpr double kMostLevels = 12;
   const bool by_level = settings_.colour.kind == ColourKind::kLevel && shown_range_.most <= kMostLevels;
-  overlay_.describe_colours(name_of(settings_.colour, dataset_->info()),
-                            by_level ? 1 + static_cast<int>(shown_range_.most) : 5);
+  overlay_.describe_colours(name_of(settings_.colour, dataset_->info()), shown_range_,
+                            by_level ? std::optional(1 + static_cast<int>(shown_range_.most)) : std::nullopt);
   set_sliders();
   left_->ResetCameraClippingRange();
 }
@@ -243,8 +251,10 @@ void Viewer::set_colours() {
     range.widen(original_->frame().range.least);
     range.widen(original_->frame().range.most);
   }
+  const bool has_gaps = range.has_gaps || (look_.split && original_->frame().range.has_gaps);
   if (look_.range && settings_.colour.kind == ColourKind::kField) range = *look_.range;
   if (range.empty()) range = {0, 1};
+  range.has_gaps = has_gaps;
   if (range.least == range.most) range.most = range.least + std::max(1e-12, std::fabs(range.least) * 1e-6);
   if (range == shown_range_) return;
   shown_range_ = range;
@@ -260,6 +270,7 @@ Range Viewer::reach_of_place() const {
   const DatasetInfo& info = dataset_->info();
   Range reach;
   if (settings_.show == Show::kIsosurface) return scene_.mesh().range(1);
+  if (const std::optional<std::size_t> axis = settings_.plane.axis()) return {info.box_min[*axis], info.box_max[*axis]};
   for (unsigned bits = 0; bits < 8; ++bits) {
     double offset = 0;
     for (std::size_t i = 0; i < 3; ++i)
@@ -276,7 +287,7 @@ void Viewer::set_place(double value) {
   if (settings_.show == Show::kIsosurface)
     settings_.isovalue = place;
   else
-    settings_.plane.offset = place;
+    settings_.plane.move_to(place);
 }
 
 void Viewer::set_sliders() {
@@ -290,8 +301,10 @@ void Viewer::set_sliders() {
   if ((place_slider_->GetEnabled() != 0) != (has_place && !reach.empty()))
     place_slider_->SetEnabled(has_place && !reach.empty() ? 1 : 0);
   if (!has_place || reach.empty()) return;
-  set_slider(*place_slider_, reach, place_of(settings_),
-             (is_iso ? "isovalue: " : "plane: ") + brief(place_of(settings_)));
+  const double place = place_of(settings_);
+  const std::string where = is_iso || !settings_.plane.axis() ? brief_within(reach.most - reach.least, place)
+                                                              : name_of(settings_.plane, dataset_->info());
+  set_slider(*place_slider_, reach, place, (is_iso ? "isovalue: " : "plane: ") + where);
 }
 
 void Viewer::on_error_slider() {
@@ -353,7 +366,23 @@ void Viewer::next_colour() {
   }
 }
 
+/// In the working directory, beside those that are there.
+void Viewer::keep_picture() {
+  std::string path = "ptet-view.png";
+  std::error_code status;
+  for (int i = 2; std::filesystem::exists(path, status); ++i)
+    path = "ptet-view-" + std::to_string(i) + ".png";
+  advance(); // without what the last command had to say
+  try {
+    write_picture(path);
+    notice_ = "written: " + path;
+  } catch (const Error& error) { // no reason to lose what is on the screen
+    notice_ = error.what();
+  }
+}
+
 void Viewer::execute(Command command) {
+  notice_.clear();
   const auto move_place = [&](double part) {
     const Range reach = reach_of_place();
     set_place(place_of(settings_) + part * (reach.most - reach.least));
@@ -389,7 +418,7 @@ void Viewer::execute(Command command) {
     arrange_panels();
     break;
   case Command::kResetCamera: place_camera(); break;
-  case Command::kPicture: write_picture("ptet-view.png"); return;
+  case Command::kPicture: keep_picture(); break;
   case Command::kHelp: overlay_.toggle_help(); break;
   case Command::kQuit:
     if (interactor_ != nullptr) interactor_->TerminateApp();

@@ -91,9 +91,10 @@ private:
   [[nodiscard]] std::optional<Region> drawn_focus() const;
   void start_focus(bool is_box);
   [[nodiscard]] Settings original_settings() const;
-  /// Least and largest offset of the plane that cuts the box, or isovalue.
+  /// Least and largest place of the plane that cuts the box, or isovalue.
   [[nodiscard]] Range reach_of_place() const;
   void set_place(double value);
+  void keep_picture();
   void change_error(double factor);
   void next_colour();
 
@@ -104,6 +105,7 @@ private:
   Scene scene_;
   std::unique_ptr<Scene> original_;
   Range shown_range_;
+  std::string notice_; ///< what the last command has to say, below the caption
 
   vtkSmartPointer<vtkRenderWindow> window_;
   vtkSmartPointer<vtkRenderer> left_, right_;

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include <X11/Xlib.h>
@@ -33,25 +34,24 @@ std::string line_from(int pipe) {
 
 } // namespace
 
+// The connection is kept: a server whose last client has gone starts anew, and is away for a moment.
 bool has_display() {
-  Display* const display = XOpenDisplay(nullptr);
-  if (display == nullptr) return false;
-  XCloseDisplay(display);
-  return true;
+  static Display* const display = XOpenDisplay(nullptr);
+  return display != nullptr;
 }
 
 VirtualDisplay::VirtualDisplay() {
   std::array<int, 2> pipe_ends{};
   if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0)
     throw Error(ErrorCode::kIo, std::string("cannot start Xvfb: ") + std::strerror(errno));
-  // Without -noreset it is away for a moment whenever its last client has gone.
+  // It ends by itself when its last client has gone (-terminate), however this process ends: see connection_.
   // The server writes the number of the display to its standard output, where it has no other use for that.
   posix_spawn_file_actions_t actions{};
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], 1);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
-  std::vector<std::string> words = {"Xvfb",         "-displayfd", "1",   "-screen", "0",
-                                    "1280x1024x24", "-nolisten",  "tcp", "-noreset"};
+  std::vector<std::string> words = {"Xvfb",         "-displayfd", "1",   "-screen",   "0",
+                                    "1280x1024x24", "-nolisten",  "tcp", "-terminate"};
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words)
@@ -74,6 +74,11 @@ VirtualDisplay::VirtualDisplay() {
   }
   name_ = ":" + number;
   setenv("DISPLAY", name_.c_str(), 1);
+  connection_ = XOpenDisplay(name_.c_str());
+  if (connection_ == nullptr) {
+    stop();
+    throw Error(ErrorCode::kIo, "there is no display, and the one that Xvfb made cannot be used");
+  }
 }
 
 VirtualDisplay::~VirtualDisplay() {
@@ -81,6 +86,7 @@ VirtualDisplay::~VirtualDisplay() {
 }
 
 void VirtualDisplay::stop() {
+  if (connection_ != nullptr) XCloseDisplay(std::exchange(connection_, nullptr));
   if (server_ <= 0) return;
   kill(server_, SIGTERM);
   int status = 0;

@@ -6,6 +6,8 @@
 
 #include <sys/types.h>
 
+struct _XDisplay; // X11's, whose headers define macros
+
 namespace ptet::view {
 
 /// Whether an X server answers for $DISPLAY.
@@ -26,6 +28,7 @@ private:
   void stop();
 
   pid_t server_ = -1;
+  _XDisplay* connection_ = nullptr; ///< the server ends with the last one
   std::string name_;
 };
 
