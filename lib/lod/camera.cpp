@@ -22,8 +22,8 @@ Point unit(const Point& a) {
 Camera::Camera(const View& view) : eye_(view.eye), forward_(unit(view.direction)) {
   const Point right = unit(cross(forward_, unit(view.up))), up = cross(right, forward_);
   const double tan_v = std::tan(view.vertical_angle / 2), tan_h = tan_v * view.width / view.height;
-  beyond_ = {-1 * forward_, right - tan_h * forward_, -1 * right - tan_h * forward_, up - tan_v * forward_,
-             -1 * up - tan_v * forward_};
+  beyond_ = {-1 * forward_, unit(right - tan_h * forward_), unit(-1 * right - tan_h * forward_),
+             unit(up - tan_v * forward_), unit(-1 * up - tan_v * forward_)};
   slack_ = kProjectionSlack * (1 + tan_h + tan_v);
   const double focal = view.height / (2 * tan_v);
   steepest_ = focal * std::sqrt(1 + tan_h * tan_h + tan_v * tan_v) * (1 + kProjectionSlack);
@@ -44,23 +44,23 @@ double Camera::least_along(const Point& direction, const Box& box) const {
 
 // Not when all of it is beyond one side of the picture, or behind the eye. `farthest`: greatest coordinate.
 template <class Place>
-bool Camera::may_see(const Place& place, double farthest) const {
+bool Camera::may_see(const Place& place, double farthest, double around) const {
   const double slack = slack_ * std::max({farthest, std::fabs(eye_[0]), std::fabs(eye_[1]), std::fabs(eye_[2])});
   return std::none_of(beyond_.begin(), beyond_.end(),
-                      [&](const Point& beyond) { return least_along(beyond, place) > slack; });
+                      [&](const Point& beyond) { return least_along(beyond, place) > around + slack; });
 }
 
-bool Camera::meets(std::span<const Point> corners) const {
+bool Camera::meets(std::span<const Point> corners, double around) const {
   double farthest = 0;
   for (const Point& p : corners)
     farthest = std::max({farthest, std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])});
-  return may_see(corners, farthest);
+  return may_see(corners, farthest, around);
 }
-bool Camera::meets(const Box& box) const {
+bool Camera::meets(const Box& box, double around) const {
   double farthest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
     farthest = std::max({farthest, std::fabs(box.min[axis]), std::fabs(box.max[axis])});
-  return may_see(box, farthest);
+  return may_see(box, farthest, around);
 }
 
 double Camera::depth(std::span<const Point> corners) const {

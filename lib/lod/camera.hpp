@@ -15,9 +15,10 @@ public:
   /// Of a view that is known to be sound.
   explicit Camera(const View& view);
 
-  /// Whether the hull of the points, or the box, may be seen in the picture; a "no" is certain.
-  [[nodiscard]] bool meets(std::span<const Point> corners) const;
-  [[nodiscard]] bool meets(const Box& box) const;
+  /// Whether the hull of the points, or the box, or anything no further than `around` from it, may be seen in the
+  /// picture; a "no" is certain.
+  [[nodiscard]] bool meets(std::span<const Point> corners, double around = 0) const;
+  [[nodiscard]] bool meets(const Box& box, double around = 0) const;
   /// Least depth of the points, or in the box; not below 0.
   [[nodiscard]] double depth(std::span<const Point> corners) const;
   [[nodiscard]] double depth(const Box& box) const;
@@ -38,10 +39,10 @@ private:
   [[nodiscard]] double least_along(const Point& direction, std::span<const Point> corners) const;
   [[nodiscard]] double least_along(const Point& direction, const Box& box) const;
   template <class Place>
-  [[nodiscard]] bool may_see(const Place& place, double farthest) const;
+  [[nodiscard]] bool may_see(const Place& place, double farthest, double around) const;
 
   Point eye_, forward_;
-  std::array<Point, 5> beyond_; ///< directions out of the picture: behind the eye, and away from its four sides
+  std::array<Point, 5> beyond_; ///< out of the picture: behind the eye, and away from its four sides; of length 1
   double slack_;                ///< of a number along one of them, as a fraction of what goes into it
   double steepest_;             ///< pixels of a length of 1 at depth 1, at most
 };

@@ -35,34 +35,40 @@ BlockDemand of_block(const WantNear& want, const file::BlockInfo& block) {
   return exceeds_at(block.max_own.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
 }
 
-/// With a camera: whether a version with these error codes, somewhere in the box or in the hull of the corners, may
-/// have an error that passes its limit. `has_face`: whether it may be a boundary face; only these have domain errors.
+/// The errors that bounds with values or a camera are about.
+struct StatedErrors {
+  const ErrorCode16* of_fields; ///< monotone
+  ErrorCode16 of_domain;        ///< own
+};
+
+/// With a camera: whether a version with these errors, somewhere in the box or in the hull of the corners, may have one
+/// that passes its limit. `has_face`: whether it may be a boundary face; only these have domain errors.
 template <class Place>
-bool may_exceed(const ErrorCode16* codes, const WantBounded& want, const Place& place, bool has_face) {
+bool may_exceed(const StatedErrors& errors, const WantBounded& want, const Place& place, bool has_face) {
   const Camera& camera = *want.camera;
-  const bool is_seen = camera.meets(place);
+  const double domain_error = decode_error(errors.of_domain, want.domain_scale);
+  const bool is_seen = camera.meets(place, domain_error);
   const CodeLimits& limits = is_seen ? want.limits : want.limits_unseen;
   if (limits.empty()) return false;
   for (std::size_t i = 0; i + 1 < limits.size(); ++i)
-    if (codes[i] > limits[i]) return true;
-  const ErrorCode16 domain = codes[limits.size() - 1];
-  if (!has_face || domain == 0) return false;
+    if (errors.of_fields[i] > limits[i]) return true;
+  if (!has_face || errors.of_domain == 0) return false;
   const double allowed = is_seen ? camera.length_of(want.max_pixels, camera.depth(place))
                                  : camera.length_of(want.max_pixels_unseen, camera.eye_distance(place));
-  return domain > limits.back() || decode_error(domain, want.domain_scale) > allowed;
+  return errors.of_domain > limits.back() || domain_error > allowed;
 }
 /// The same wherever the version is: a quick "no" for most. Limits outside the picture are no lower than those in it.
-bool may_exceed_somewhere(const ErrorCode16* codes, const WantBounded& want, bool has_face) {
+bool may_exceed_somewhere(const StatedErrors& errors, const WantBounded& want, bool has_face) {
   if (want.limits.empty()) return true;
-  if (!want.camera) return exceeds(codes, want.limits);
   for (std::size_t i = 0; i + 1 < want.limits.size(); ++i)
-    if (codes[i] > want.limits[i]) return true;
-  return has_face && codes[want.limits.size() - 1] != 0;
+    if (errors.of_fields[i] > want.limits[i]) return true;
+  return want.camera ? has_face && errors.of_domain != 0 : errors.of_domain > want.limits.back();
 }
 BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
-  const auto* const codes = want.is_plain() ? block.max_error.data() : block.max_own.data();
-  if (!may_exceed_somewhere(codes, want, true)) return BlockDemand::kNone;
-  if (want.camera && !may_exceed(codes, want, Box{block.box_min, block.box_max}, true)) return BlockDemand::kNone;
+  if (want.is_plain()) return exceeds(block.max_error.data(), want.limits) ? BlockDemand::kSome : BlockDemand::kNone;
+  const StatedErrors errors{block.max_error.data(), block.max_own.back()};
+  if (!may_exceed_somewhere(errors, want, true)) return BlockDemand::kNone;
+  if (want.camera && !may_exceed(errors, want, Box{block.box_min, block.box_max}, true)) return BlockDemand::kNone;
   return BlockDemand::kSome;
 }
 BlockDemand of_block(const Want& want, const file::BlockInfo& block) {
@@ -107,22 +113,22 @@ bool wants_record(const WantNear& want, const Record& record) {
 }
 
 // Wanted when a version in C(r), which has the values and the place that the request is about, may have an error above
-// its limit. Ghosts are looked at like tets: the errors of what the domain has lost are stated with the faces.
+// its limit. Ghosts are looked at like tets: by values, they are the faces that domain errors are about.
 bool wants_record(const WantBounded& want, const Record& record) {
   if (want.is_plain()) return exceeds(record.monotone(), want.limits);
-  const ErrorCode16* const own = record.own();
-  if (!may_exceed_somewhere(own, want, true)) return false;
-  const bool may_be_tet = may_exceed_somewhere(own, want, false);
+  const StatedErrors errors{record.monotone(), record.own()[record.hierarchy.errors_per_record() - std::size_t{1}]};
+  if (!may_exceed_somewhere(errors, want, true)) return false;
+  const bool may_be_tet = may_exceed_somewhere(errors, want, false);
   if (want.camera) {
     const auto [min, max] = record.hierarchy.star_box(record.id);
-    if (!may_exceed(own, want, Box{min, max}, true)) return false;
+    if (!may_exceed(errors, want, Box{min, max}, true)) return false;
   }
   return any_coarse(record.refinement(), record.id, [&](const Tet& tet) {
     if (!may_be_tet && !is_ghost(tet)) return false;
     return (want.values.empty() ||
             std::any_of(want.values.begin(), want.values.end(),
-                        [&](const Interval& i) { return may_take(i, record.hierarchy, tet, own); })) &&
-           (!want.camera || may_exceed(own, want, Corners(record.hierarchy, tet).points(), is_ghost(tet)));
+                        [&](const Interval& i) { return may_take(i, record.hierarchy, tet, errors.of_fields); })) &&
+           (!want.camera || may_exceed(errors, want, Corners(record.hierarchy, tet).points(), is_ghost(tet)));
   });
 }
 
@@ -164,13 +170,13 @@ ValueRange norm_range(const PointArray& array, const Tet& tet) {
 
 } // namespace
 
-bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& tet, const ErrorCode16* own) {
+bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& tet, const ErrorCode16* errors) {
   const PointArray& array = hierarchy.content().arrays[interval.array];
   const ValueRange range = array.components == 1
                                ? dispatch(array.type, [&]<class T>(T) { return scalar_range<T>(array, tet); })
                                : norm_range(array, tet);
   constexpr double kSlack = 1e-14; // rounding, of norms too
-  const double wider = decode_error(own[interval.code], interval.scale) +
+  const double wider = decode_error(errors[interval.code], interval.scale) +
                        kSlack * std::max({std::fabs(range.low), std::fabs(range.high), interval.scale});
   if (range.low > range.high) return false; // nothing but NaN
   // Written so that NaN, which infinite lengths make of each other, leaves nothing out.

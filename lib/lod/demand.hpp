@@ -68,6 +68,8 @@ struct Interval {
 using Intervals = boost::container::small_vector<Interval, 2>;
 /// The splits of records of whose errors one passes its limit. With values, only those whose star may take one of them;
 /// with a camera the limits hold for stars that are in the picture, and looser ones, or none, for those that are not.
+/// Errors of fields are the monotone ones: only they know of original vertices outside of the mesh. So a star stands
+/// for what is there, too, and for what is as far from it as its domain error.
 struct WantBounded {
   CodeLimits limits; ///< empty: whatever the errors are
   Intervals values;
@@ -129,9 +131,9 @@ struct Demand {
   friend bool operator==(const Demand&, const Demand&) = default;
 };
 
-/// Whether a version with the errors `own`, or the original where it stands for that, may have values in the interval.
-/// A "no" is certain as far as the errors are true. The lock must be held.
+/// Whether a version with these errors, or the original where it stands for that, may have values in the interval. A
+/// "no" is certain as far as the errors are true. The lock must be held.
 [[nodiscard]] bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& tet,
-                            const ErrorCode16* own);
+                            const ErrorCode16* errors);
 
 } // namespace ptet

@@ -2,6 +2,7 @@
 
 #include "lod/region.hpp"
 #include "lod/star.hpp"
+#include "record/ghost.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -13,6 +14,9 @@ using Codes = std::vector<ErrorCode16>;
 
 const ErrorCode16* own_errors(const Hierarchy& hierarchy, const MadeVersion& version) {
   return hierarchy.content().own.data() + version.maker.index() * std::size_t{hierarchy.errors_per_record()};
+}
+const ErrorCode16* monotone_errors(const Hierarchy& hierarchy, const MadeVersion& version) {
+  return hierarchy.content().monotone.data() + version.maker.index() * std::size_t{hierarchy.errors_per_record()};
 }
 
 using Blocks = std::vector<const file::BlockInfo*>;
@@ -46,15 +50,16 @@ private:
   std::vector<std::size_t> begin_;
 };
 
-/// The largest codes, of the fields over tets, of the domain over faces, where `is_in(tet, own)` holds; with those of
-/// the unread blocks. `may_hold(min, max)`: whether it may in that box; most is not looked at for that.
+/// The largest codes, of the fields over tets, of the domain over faces, where `is_in(version, own)` holds; with those
+/// of the unread blocks. `may_hold(box, domain)`: whether it may in that box, of versions with no larger domain error;
+/// most is not looked at for that.
 template <class IsIn, class MayHold>
 Codes largest(const Hierarchy& hierarchy, const ByBlock& tets, const ByBlock& ghosts, const Blocks& unread,
               IsIn&& is_in, MayHold&& may_hold) {
   const std::size_t count = hierarchy.errors_per_record();
   Codes most(count, 0);
   for (const file::BlockInfo* const block : unread)
-    if (may_hold(block->box_min, block->box_max))
+    if (may_hold(Box{block->box_min, block->box_max}, block->max_own.back()))
       for (std::size_t i = 0; i < count; ++i)
         most[i] = std::max(most[i], block->max_own[i]);
   const auto look_at = [&](std::span<const MadeVersion> versions, std::size_t first, std::size_t last) {
@@ -65,14 +70,15 @@ Codes largest(const Hierarchy& hierarchy, const ByBlock& tets, const ByBlock& gh
         is_larger = is_larger || own[i] > most[i];
       if (!is_larger) continue;
       const auto [min, max] = hierarchy.star_box(version.maker);
-      if (!may_hold(min, max) || !is_in(version.tet, own)) continue;
+      if (!may_hold(Box{min, max}, own[count - 1]) || !is_in(version, own)) continue;
       for (std::size_t i = first; i < last; ++i)
         most[i] = std::max(most[i], own[i]);
     }
   };
   for (std::size_t b = 0; b < hierarchy.blocks().size(); ++b) {
     const file::BlockInfo& block = hierarchy.blocks()[b];
-    if ((tets.of(b).empty() && ghosts.of(b).empty()) || !may_hold(block.box_min, block.box_max)) continue;
+    if (tets.of(b).empty() && ghosts.of(b).empty()) continue;
+    if (!may_hold(Box{block.box_min, block.box_max}, block.max_own.back())) continue;
     look_at(tets.of(b), 0, count - 1);
     look_at(ghosts.of(b), count - 1, count);
   }
@@ -91,8 +97,8 @@ double largest_in_pixels(const Hierarchy& hierarchy, std::span<const MadeVersion
                          const Camera& camera) {
   const std::size_t domain = hierarchy.errors_per_record() - std::size_t{1};
   const auto in_pixels = [&](ErrorCode16 code, const auto& place) {
-    return camera.meets(place) ? camera.pixels_of(decode_error(code, hierarchy.header().diagonal), camera.depth(place))
-                               : 0;
+    const double error = decode_error(code, hierarchy.header().diagonal);
+    return camera.meets(place, error) ? camera.pixels_of(error, camera.depth(place)) : 0;
   };
   double most = 0;
   for (const file::BlockInfo* const block : unread)
@@ -119,19 +125,26 @@ void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const Resolve
   };
   for (const Region& region : request.focus)
     result.in_focus.push_back(
-        state([&](const Tet& tet, const ErrorCode16*) { return meets(region, Corners(hierarchy, tet).points()); },
-              [&](const Point& min, const Point& max) { return meets(region, min, max); }));
+        state([&](const MadeVersion& version,
+                  const ErrorCode16*) { return meets(region, Corners(hierarchy, version.tet).points()); },
+              [&](const Box& box, ErrorCode16) { return meets(region, box.min, box.max); }));
+  // A face stands for what of the original is outside of the mesh: see WantBounded.
   for (const Interval& interval : request.values)
-    result.at_values.push_back(
-        state([&](const Tet& tet, const ErrorCode16* own) { return may_take(interval, hierarchy, tet, own); },
-              [](const Point&, const Point&) { return true; }));
+    result.at_values.push_back(state(
+        [&](const MadeVersion& version, const ErrorCode16* own) {
+          return may_take(interval, hierarchy, version.tet,
+                          is_ghost(version.tet) ? monotone_errors(hierarchy, version) : own);
+        },
+        [](const Box&, ErrorCode16) { return true; }));
   if (request.camera) {
     const Camera& camera = *request.camera;
-    result.in_view =
-        state([&](const Tet& tet, const ErrorCode16*) { return camera.meets(Corners(hierarchy, tet).points()); },
-              [&](const Point& min, const Point& max) {
-                return camera.meets(Box{min, max});
-              });
+    const auto domain_error = [&](ErrorCode16 code) { return decode_error(code, hierarchy.header().diagonal); };
+    result.in_view = state(
+        [&](const MadeVersion& version, const ErrorCode16* own) {
+          const double around = is_ghost(version.tet) ? domain_error(own[hierarchy.errors_per_record() - 1U]) : 0;
+          return camera.meets(Corners(hierarchy, version.tet).points(), around);
+        },
+        [&](const Box& box, ErrorCode16 domain) { return camera.meets(box, domain_error(domain)); });
     result.pixels_in_view = largest_in_pixels(hierarchy, ghosts, unread, camera);
   }
 }

@@ -79,13 +79,9 @@ struct Opened {
 
   explicit Opened(std::vector<std::byte> file) : bytes(std::move(file)), content(load()) {}
   [[nodiscard]] std::shared_ptr<const Dataset> open() const { return Dataset::open_memory(bytes); }
-  [[nodiscard]] double error(RecordId r, std::size_t code) const {
-    double scale = header.diagonal;
-    std::size_t at = 0;
-    for (const file::ArrayInfo& array : header.arrays)
-      if (array.governing && at++ == code) scale = array.range;
-    return decode_error(content.own[r.index() * std::size_t{content.errors_per_record} + code], scale);
-  }
+  [[nodiscard]] double error(RecordId r, std::size_t code) const { return decoded(content.own, r, code); }
+  /// With the differences at original vertices outside of the mesh.
+  [[nodiscard]] double monotone_error(RecordId r, std::size_t code) const { return decoded(content.monotone, r, code); }
   /// C(r), then F(r): the corners that are vertices.
   [[nodiscard]] std::vector<std::vector<VertexId>> star(RecordId r, bool with_fine) const {
     const Refinement& refinement = content.refinement;
@@ -127,6 +123,13 @@ struct Opened {
   }
 
 private:
+  [[nodiscard]] double decoded(const std::vector<ErrorCode16>& codes, RecordId r, std::size_t code) const {
+    double scale = header.diagonal;
+    std::size_t at = 0;
+    for (const file::ArrayInfo& array : header.arrays)
+      if (array.governing && at++ == code) scale = array.range;
+    return decode_error(codes[r.index() * std::size_t{content.errors_per_record} + code], scale);
+  }
   file::Content load() {
     file::Reader reader(file::over_memory(bytes));
     file::Content all = reader.read_base();
@@ -299,10 +302,13 @@ const PointArray& array_of(const Opened& file, const std::string& name) {
                        [&](const PointArray& array) { return array.name == name; });
 }
 
-/// What surely meets an interval: seen at points inside.
-bool takes(const Opened& file, const ValuesOfInterest& values, const std::vector<VertexId>& corners, RecordId made_by) {
+/// The place of the field among the codes.
+std::size_t code_of(const ValuesOfInterest& values) {
+  return values.field == "pressure" ? 0 : 1;
+}
+/// What surely meets an interval: seen at points inside. `wider`: by so much less or more.
+bool takes(const Opened& file, const ValuesOfInterest& values, const std::vector<VertexId>& corners, double wider) {
   const Span span = values_in(array_of(file, values.field), corners);
-  const double wider = made_by.is_none() ? 0 : file.error(made_by, values.field == "pressure" ? 0 : 1);
   return span.low - wider <= values.max && span.high + wider >= values.min;
 }
 
@@ -356,7 +362,7 @@ std::set<std::uint32_t> surely_wanted(const Opened& file, const Request& request
         if (is_wanted) break;
         bool is_there = request.values.empty();
         for (const ValuesOfInterest& values : request.values)
-          is_there |= takes(file, values, corners, r);
+          is_there |= takes(file, values, corners, file.monotone_error(r, code_of(values)));
         if (!is_there) continue;
         is_wanted |= !has_bounds;
         double factor = 1;
@@ -369,7 +375,9 @@ std::set<std::uint32_t> surely_wanted(const Opened& file, const Request& request
         for (const FieldBound& bound : request.field_error)
           for (std::size_t code = 0; code < domain; ++code)
             if (bound.field.empty() || bound.field == info.fields[code].name)
-              is_wanted |= file.error(r, code) > factor * bound.bound.absolute(scale(code));
+              is_wanted |=
+                  (request.values.empty() && !request.view ? file.error(r, code) : file.monotone_error(r, code)) >
+                  factor * bound.bound.absolute(scale(code));
         if (request.domain_error && corners.size() == 3)
           is_wanted |= file.error(r, domain) > factor * request.domain_error->absolute(scale(domain));
       }
@@ -401,7 +409,7 @@ void check_parts(const Opened& file, const Request& request, const DatasetInfo& 
       }
       bool is_there = request.values.empty();
       for (std::size_t k = 0; k < request.values.size(); ++k)
-        if (takes(file, request.values[k], tets[t], made_by)) {
+        if (takes(file, request.values[k], tets[t], file.error(made_by, code_of(request.values[k])))) {
           is_there = true;
           below += answer.at_values[k].field_error[f] < error ? 1 : 0;
         }

@@ -22,7 +22,7 @@ namespace ptet {
 
 /// What kept the mesh from being finer.
 enum class LimitedBy {
-  kNothing,    ///< it is the original mesh
+  kNothing,    ///< it is the original mesh, within the budget
   kError,      ///< the asked error was reached
   kFocus,      ///< the focus was reached, nothing else was asked
   kBudget,     ///< the next split does not fit the budget, or what is there in any case (focus, base) does not
@@ -114,8 +114,10 @@ struct Extraction {
   /// original boundary only, or as predicted (Evaluation::kNone).
   double domain_error = 0;
   /// The same for parts of the mesh that the request names: in_focus[i] is of what meets Request::focus[i];
-  /// at_values[i] of the tets whose values, widened by their own error, reach into Request::values[i]; in_view of what
-  /// meets the picture of Request::view. Blocks that were not read count as above: for values all of them.
+  /// at_values[i] of the tets whose values, widened by their own error, reach into Request::values[i], its domain error
+  /// of the faces that have such values or stand for a part of the original that may; in_view of what meets the picture
+  /// of Request::view, its domain error of the faces too that are no further from the picture than that. Blocks that
+  /// were not read count as above: for values all of them.
   std::vector<PartErrors> in_focus;
   std::vector<PartErrors> at_values;
   std::optional<PartErrors> in_view;

@@ -98,7 +98,8 @@ struct Request {
 
   /// Budgets of size. What is asked is refined in an order that the file has, up to the first collapse that would pass
   /// a budget. The order keeps small what the file was built for, greatest errors, mean squares or both together, at
-  /// all sizes: a bound on the greatest error alone may come out smaller for as many tets, with a larger RMS. Of files
+  /// all sizes: a bound on the greatest error alone may come out smaller for as many tets, with a larger RMS. Where no
+  /// bound, value or view says what is asked, all of the original is, beside a focus too. Of files
   /// whose errors are not measured everywhere it is the builder's own. The base mesh and what the focus regions need
   /// inside are there in any case, even where they pass a budget.
   std::optional<std::uint64_t> max_tets;
@@ -127,9 +128,12 @@ struct Request {
   std::vector<Focus> focus;
   /// Where given, the bounds on errors and the view's hold only for tets that may have one of these values: whose
   /// values, widened by the tet's error, reach into the interval. So neither the isosurface of the mesh nor that of the
-  /// original runs where the bounds do not hold. With no bounds these tets are original ones.
+  /// original runs where the bounds do not hold. With no bounds these tets are original ones. Of what the mesh leaves
+  /// outside this holds for the original's vertices, which are sampled, see Extraction::field_error; the bound on the
+  /// boundary holds for faces that may have one of the values, or stand for a part of the original that may.
   std::vector<ValuesOfInterest> values;
-  /// Where given, what the picture shows is sharp to View::max_pixels, besides the bounds on errors. These hold no more
+  /// Where given, what the picture shows, of the mesh and of the original, is sharp to View::max_pixels, besides the
+  /// bounds on errors. These hold no more
   /// outside the picture, but for View::outside: the errors of the whole mesh may pass them.
   std::optional<View> view;
 

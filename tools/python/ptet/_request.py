@@ -214,7 +214,8 @@ def as_list(given: object, kinds: tuple[type, ...], what: str) -> list[object]:
     """One of these kinds, or several."""
     if given is None:
         return []
-    several = [given] if isinstance(given, kinds) or not isinstance(given, Iterable) else list(given)
+    is_one = isinstance(given, (*kinds, str, bytes)) or not isinstance(given, Iterable)
+    several = [given] if is_one else list(given)
     for one in several:
         if not isinstance(one, kinds):
             names = ", ".join(kind.__name__ for kind in kinds)

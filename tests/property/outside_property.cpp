@@ -1,0 +1,150 @@
+// Requests are about the original: what they ask for holds where the mesh leaves parts of it outside, too.
+#include "ptet/build.hpp"
+#include "ptet/dataset.hpp"
+#include "support/brute_force.hpp"
+#include "support/mesh_checks.hpp"
+#include "support/meshes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+#include <span>
+
+#include <catch2/catch.hpp>
+
+using namespace ptet;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// With a field "spikes", 0 but at some vertices, and built down as far as it goes wherever the boundary goes.
+struct Built {
+  TetMesh original;
+  std::shared_ptr<const Dataset> dataset;
+};
+Built build(TetMesh mesh, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<double> spikes(mesh.vertex_count(), 0);
+  for (double& value : spikes)
+    if (random() % 8 == 0) value = static_cast<double>(random() % 100) / 100;
+  PointArray array;
+  array.name = "spikes";
+  array.type = ScalarType::kFloat64;
+  array.components = 1;
+  const auto bytes = std::as_bytes(std::span(spikes));
+  array.bytes.assign(bytes.begin(), bytes.end());
+  mesh.point_arrays = {array};
+  BuildOptions options;
+  options.prediction = Prediction::kQuadric;
+  options.evaluation = Evaluation::kExact;
+  options.max_domain_error = {1, true};
+  options.target_vertices = 0;
+  return {mesh, Dataset::open_memory(build_memory(mesh, options))};
+}
+
+Point position(const TetMesh& mesh, std::size_t v) {
+  return {mesh.positions.value(v, 0), mesh.positions.value(v, 1), mesh.positions.value(v, 2)};
+}
+
+std::set<Point> places(const TetMesh& mesh) {
+  std::set<Point> all;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+    all.insert(position(mesh, v));
+  return all;
+}
+
+double distance_to_boundary(const Extraction& mesh, const Point& p) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& face : mesh.boundary_faces) {
+    std::array<Point, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+      corners[i] = position(mesh.mesh, face[i].index());
+    least = std::min(least, test::nearest_on_triangle(p, corners).distance);
+  }
+  return least;
+}
+
+} // namespace
+
+TEST_CASE("outside: with no bounds, all that has a value of interest is the original, wherever it is") {
+  std::size_t asked = 0, outside_of_base = 0;
+  for (const auto& [name, mesh] : test::sample_meshes(43))
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      INFO(name << ", spikes " << seed);
+      const Built built = build(mesh, seed);
+      Request coarsest;
+      coarsest.max_tets = 0;
+      const std::set<Point> in_base = places(built.dataset->extract(coarsest).mesh);
+      for (const double least : {0.05, 0.3, 0.6, 0.8, 0.95}) {
+        Request request;
+        request.values = {{"spikes", least, least + 0.04}};
+        const Extraction cut = built.dataset->extract(request);
+        const std::set<Point> there = places(cut.mesh);
+        std::size_t lost = 0, wanted = 0;
+        for (std::size_t v = 0; v < built.original.vertex_count(); ++v) {
+          const double value = built.original.point_arrays[0].value(v, 0);
+          if (value < least || value > least + 0.04) continue;
+          ++wanted;
+          lost += there.count(position(built.original, v)) == 0 ? 1 : 0;
+          outside_of_base += in_base.count(position(built.original, v)) == 0 ? 1 : 0;
+        }
+        CHECK(lost == 0);
+        CHECK((wanted == 0 || unmet_wishes(request, cut.mesh).values.empty()));
+        ++asked;
+      }
+    }
+  CHECK(asked > 100);
+  CHECK(outside_of_base > 100);
+}
+
+TEST_CASE("outside: what a picture would show of the original is as sharp as was asked, though the mesh is beside it") {
+  std::size_t looked = 0, beside = 0;
+  for (const auto& [name, mesh] : test::sample_meshes(47)) {
+    const Built built = build(mesh, 1);
+    const DatasetInfo& info = built.dataset->info();
+    std::set<std::uint32_t> on_boundary;
+    for (const test::Face& face : test::examine(built.original).boundary)
+      for (const VertexId v : face)
+        on_boundary.insert(v.index());
+    Request coarsest;
+    coarsest.max_tets = 0;
+    const Extraction base = built.dataset->extract(coarsest);
+    std::mt19937 random(3);
+    const auto uniform = [&] { return static_cast<double>(random() % 1000001) / 1e6; };
+    for (const std::uint32_t v : on_boundary) {
+      const Point at = position(built.original, v);
+      if (random() % 4 != 0 || distance_to_boundary(base, at) < 0.01 * info.diagonal) continue;
+      Request request;
+      View& view = request.view.emplace();
+      double length = 0;
+      for (double& x : view.direction) {
+        x = uniform() - 0.5;
+        length += x * x;
+      }
+      const double far = info.diagonal * (0.5 + uniform());
+      for (std::size_t i = 0; i < 3; ++i)
+        view.eye[i] = at[i] - far * view.direction[i] / std::sqrt(length);
+      view.up = {view.direction[1], -view.direction[0], 0.3};
+      view.vertical_angle = (0.05 + uniform()) * kPi / 180;
+      view.width = view.height = 1000;
+      view.max_pixels = 1 + 20 * uniform();
+      const double focal = view.height / (2 * std::tan(view.vertical_angle / 2));
+      INFO(name << ", vertex " << v << ", angle " << view.vertical_angle);
+      for (const bool is_asked : {true, false}) { // where nothing is asked what is lost is told
+        if (!is_asked) view.max_pixels = 1e9;
+        const Extraction cut = built.dataset->extract(request);
+        const double off = focal * distance_to_boundary(cut, at) / far;
+        CHECK(off <= view.max_pixels * 1.01);
+        CHECK(off <= cut.pixels_in_view * 1.01 + 1e-6);
+        CHECK(focal * cut.in_view->domain_error / far >= off * 0.99 - 1e-6);
+        if (!is_asked) beside += off > 20 ? 1 : 0;
+      }
+      ++looked;
+    }
+  }
+  CHECK(looked > 60);
+  CHECK(beside > 40);
+}
