@@ -191,6 +191,14 @@ class Memory(Case):
                      says=["24576 tets", "is foreseen to take", "the limit is 40 MB"])
         self.assertEqual(self.files(), ["grid.vtu"])
 
+    def test_a_mesh_is_not_the_name_of_a_file_of_levels(self):
+        points, tets = meshes.grid(2)
+        meshes.vtu(self.folder / "fine.vtu", points, tets, meshes.wave(points))
+        self.refused(2, "build", "fine.vtu", "-o", "coarse.vtu", says=["coarse.vtu", ".ptet", "--force"])
+        self.assertEqual(self.files(), ["fine.vtu"])
+        self.ptet("build", "fine.vtu", "-o", "coarse.vtu", "--method", "QN", "--force")
+        self.assertIn("coarse.vtu", self.files())
+
     def test_values_that_only_cells_have_are_asked_for_at_the_points(self):
         points, tets = meshes.grid(2)
         whole = pathlib.Path(meshes.vtu(self.folder / "points.vtu", points, tets, {"p": ("Float32", [0.5] * 27)}))

@@ -33,6 +33,13 @@ COMMANDS = {
 
 
 class Help(Case):
+    def test_what_was_mistyped_is_named_with_what_may_be_meant(self):
+        for command, typed, says in (("extract", ["--feild-error", "1%"], "did you mean '--field-error'?"),
+                                     ("build", ["--objecitve=max"], "'--objecitve'; did you mean '--objective'?"),
+                                     ("build", ["--nonsense", "3"], "there is no option '--nonsense';"),
+                                     ("info", ["b.vtu"], "'b.vtu' was not expected")):
+            self.refused(2, command, "a.ptet", *typed, says=[says, f"'ptet {command} --help'"])
+
     def test_every_command_names_its_options(self):
         for command, options in COMMANDS.items():
             with self.subTest(command):

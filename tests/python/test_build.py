@@ -197,7 +197,7 @@ class Build(unittest.TestCase):
     def test_options_that_are_refused(self):
         for options in [
             {"method": "best"}, {"predict": "x"}, {"evaluate": "x"}, {"objective": "x"}, {"govern": "nothing"},
-            {"govern": [3]}, {"max_domain_error": "two"}, {"max_domain_error": -1}, {"max_domain_error": float("nan")},
+            {"govern": [3]}, {"govern": 5}, {"method": []}, {"max_domain_error": "two"}, {"max_domain_error": -1}, {"max_domain_error": float("nan")},
             {"target_vertices": "x"}, {"target_vertices": -3}, {"target_vertices": "200%"}, {"target_vertices": 1.5},
             {"max_star": 3}, {"max_star": 1.5}, {"threads": -1}, {"threads": "all"}, {"round_fraction": 0},
             {"min_quality": float("nan")}, {"max_field_error": {"nothing": 1}}, {"max_field_error": {"t": -1}},
@@ -205,6 +205,21 @@ class Build(unittest.TestCase):
         ]:
             with self.subTest(options), self.assertRaises(ptet.ArgumentError):
                 ptet.build(*cube(3), **options)
+
+    def test_what_is_no_ptet_file_is_not_replaced(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "mesh.vtu"
+            path.write_bytes(b"somebody's work")
+            with self.assertRaisesRegex(ptet.ArgumentError, "not a .ptet file"):
+                ptet.build(*cube(2), out=path, **FAST)
+            self.assertEqual(path.read_bytes(), b"somebody's work")
+            path.unlink()
+            for _ in range(2):
+                ptet.build(*cube(2), out=path, **FAST)
+            named = pathlib.Path(folder) / "half.ptet"
+            named.write_bytes(b"what is left of one")
+            ptet.build(*cube(2), out=named, **FAST)
+            self.assertEqual(named.read_bytes(), path.read_bytes())
 
     def test_numbers_of_numpy_are_numbers(self):
         points, tets, fields = cube(4)

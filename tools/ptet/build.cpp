@@ -16,6 +16,7 @@
 #include "ranks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -184,7 +185,15 @@ std::string output_of(const Arguments& arguments) {
   const std::string path = arguments.output.value_or(std::filesystem::path(arguments.input).stem().string() + ".ptet");
   std::string target = checked_output("-o", path, arguments.input);
   refuse_piece("-o", target, arguments.input);
-  const bool meant = arguments.force || ending_of(target) == ".ptet";
+  static constexpr std::array kOfMeshes = {".vtu", ".pvtu", ".vtk", ".ex2", ".exo", ".obj", ".ply", ".stl", ".off"};
+  const std::string ending = ending_of(target);
+  if (!arguments.force && std::find(kOfMeshes.begin(), kOfMeshes.end(), ending) != kOfMeshes.end()) {
+    throw Error(ErrorCode::kBadArgument,
+                "-o '" + path +
+                    "': this ending is a mesh's, and a .ptet file is written; give a name that ends in "
+                    ".ptet, or --force");
+  }
+  const bool meant = arguments.force || ending == ".ptet";
   if (!meant && size_of_file(target) > 0 && !is_ptet_file(target)) {
     throw Error(ErrorCode::kBadArgument,
                 "'" + path + "' exists and is not a .ptet file; give another name with -o, or --force to replace it");
@@ -421,7 +430,8 @@ void add_build(CLI::App& program) {
   add_method(*command, *arguments);
   add_run(*command, *arguments);
   command->add_flag("--force", arguments->force,
-                    "replace OUT even when neither its name nor its contents\nare those of a .ptet file");
+                    "write OUT even when its name is that of a mesh, or neither\nits name nor its contents are those "
+                    "of a .ptet file");
   command->add_flag("--json", arguments->json, "the report as one JSON object");
   command->add_flag("-q,--quiet", arguments->quiet, "no report but that of --json, and no progress");
   command->footer(kExamples);

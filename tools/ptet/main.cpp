@@ -1,10 +1,12 @@
 // The program ptet: parses, runs one command, and turns what goes wrong into one line and an exit code.
 #include "arguments.hpp"
+#include "closest_name.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "plain_output.hpp"
 #include "ranks.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -81,9 +83,28 @@ void add_commands(CLI::App& program) {
   help->callback([&program, name] { std::cout << help_of(program, *name); });
 }
 
+/// What of the arguments nothing was made of: the first one that looks like an option is likely to be at fault for
+/// what follows it, too.
+std::string explain_extras(const CLI::App& command, const std::vector<std::string>& extras) {
+  const auto wrong =
+      std::find_if(extras.begin(), extras.end(), [](const std::string& text) { return text.starts_with("--"); });
+  if (wrong == extras.end()) return "'" + extras.front() + "' was not expected";
+  const std::string given = wrong->substr(0, wrong->find('='));
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames())
+      names.push_back("--" + name);
+  const std::string meant = closest_name(given, names);
+  return "there is no option '" + given + "'" + (meant.empty() ? "" : "; did you mean '" + meant + "'?");
+}
+
 /// CLI11's message in our words.
-std::string explain(const CLI::ParseError& error) {
+std::string explain(const CLI::ParseError& error, const CLI::App& command) {
   std::string what = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    const std::vector<std::string> extras = command.remaining();
+    if (!extras.empty()) return explain_extras(command, extras);
+  }
   if (error.get_name() == "ArgumentMismatch") {
     const bool missing = what.ends_with("missing");
     return what.substr(0, what.find(':')) + (missing ? ": its value is missing" : ": given more than once");
@@ -118,8 +139,10 @@ int run(CLI::App& program, int argc, char** argv) {
     std::cout << version.what() << '\n';
   } catch (const CLI::ParseError& error) {
     const auto commands = program.get_subcommands();
-    const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
-    return fail(kExitUsage, explain(error) + "; 'ptet" + command + " --help' explains the usage");
+    const CLI::App& command = commands.empty() ? program : *commands.front();
+    const std::string name = commands.empty() ? "" : " " + command.get_name();
+    const std::string what = explain(error, command);
+    return fail(kExitUsage, what + (what.ends_with('?') ? " " : "; ") + "'ptet" + name + " --help' explains the usage");
   }
   errno = 0;
   if (!std::cout.flush()) {

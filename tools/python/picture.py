@@ -3,14 +3,17 @@
 
     picture.py MESH.vtu [MESH.vtu ...] --field NAME -o picture.png
 
-Several meshes are drawn side by side with one camera and one colour scale. Works without a window; on a machine without
-a display run it under xvfb-run. Needs VTK's Python modules (Debian: python3-vtk9) and NumPy.
+Several meshes are drawn side by side with one camera and one colour scale; what has no value (NaN) is grey. Opens no
+window; without a display it draws on a virtual one (xvfb-run). Needs VTK's Python modules (Debian: python3-vtk9) and
+NumPy.
 """
 
 import argparse
 import decimal
 import json
+import math
 import os
+import shutil
 import sys
 
 import numpy as np
@@ -39,6 +42,7 @@ from vtkmodules.vtkRenderingCore import (
 INK = (0.13, 0.14, 0.16)
 EDGE = (0.20, 0.20, 0.24)
 FOCUS = (0.00, 0.38, 0.75)
+NO_VALUE = (0.62, 0.64, 0.68)
 # Light to dark, of one hue family, so that the edges stay visible and a printed copy keeps the order.
 SEQUENTIAL = [
     (0.00, 0.99, 0.97, 0.89),
@@ -69,6 +73,8 @@ def read_mesh(path):
         fail(f"there is no file {path}")
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(path)
+    if not reader.CanReadFile(path):
+        fail(f"{path} is no VTU file")
     reader.Update()
     mesh = reader.GetOutput()
     if mesh.GetNumberOfCells() == 0:
@@ -87,6 +93,7 @@ def field_of(mesh, name, path):
 
 def colour_map(low, high):
     colours = vtkColorTransferFunction()
+    colours.SetNanColor(NO_VALUE)
     for at, red, green, blue in SEQUENTIAL:
         colours.AddRGBPoint(low + at * (high - low), red, green, blue)
     return colours
@@ -163,22 +170,28 @@ def text(content, size, x, y, bold=False):
     return actor
 
 
-def scalar_bar(colours, title):
+def digits_between(low, high):
+    """So many significant digits tell numbers apart that differ by a hundredth of the range."""
+    largest, apart = max(abs(low), abs(high)), high - low
+    return min(15, 4 + max(0, math.floor(math.log10(largest / apart)))) if largest > 0 and apart > 0 else 7
+
+
+def scalar_bar(colours, has_gaps):
     bar = vtkScalarBarActor()
     bar.SetLookupTable(colours)
-    bar.SetTitle(title)
-    bar.SetNumberOfLabels(5)
+    digits = digits_between(*colours.GetRange())
+    bar.SetNumberOfLabels(5 if digits < 6 else 3)
     bar.SetMaximumNumberOfColors(256)
-    bar.SetVerticalTitleSeparation(6)
-    bar.SetLabelFormat("%.4g")
+    bar.SetLabelFormat(f"%.{digits}g")
+    bar.SetDrawNanAnnotation(has_gaps)
     bar.SetOrientationToHorizontal()
     bar.GetPositionCoordinate().SetValue(0.25, 0.03)
     bar.SetWidth(0.5)
-    bar.SetHeight(0.11)
+    bar.SetHeight(0.08)
     bar.UnconstrainedFontSizeOn()
-    for look, size in ((bar.GetTitleTextProperty(), 16), (bar.GetLabelTextProperty(), 14)):
+    for look in (bar.GetLabelTextProperty(), bar.GetAnnotationTextProperty()):
         look.SetColor(INK)
-        look.SetFontSize(size)
+        look.SetFontSize(14)
         look.SetBold(False)
         look.SetItalic(False)
         look.SetShadow(False)
@@ -228,7 +241,11 @@ def panel(whole, shown, title, report, field, colours, box, edge_width):
     renderer.AddViewProp(text(f"{cells}, {count(whole.GetNumberOfPoints())} vertices", 17, 0.04, 0.925))
     if report:
         renderer.AddViewProp(text(report, 17, 0.04, 0.885))
-    renderer.AddViewProp(scalar_bar(colours, name))
+    has_gaps = bool(np.isnan(vtk_to_numpy(whole.GetPointData().GetArray(name))).any())
+    renderer.AddViewProp(scalar_bar(colours, has_gaps))
+    bar_title = text(name, 16, 0.5, 0.145)
+    bar_title.GetTextProperty().SetJustificationToCentered()
+    renderer.AddViewProp(bar_title)
     return renderer
 
 
@@ -295,6 +312,10 @@ def parse_arguments():
 
 def main():
     options = parse_arguments()
+    if not options.output.lower().endswith(".png"):
+        fail(f"-o wants a name that ends in .png, not '{options.output}'")
+    if not os.environ.get("DISPLAY") and shutil.which("xvfb-run"):  # VTK draws on a display, or on a virtual one
+        os.execvp("xvfb-run", ["xvfb-run", "-a", sys.executable, *sys.argv])
     if len(options.title) > len(options.mesh):
         fail("more titles than meshes")
     if len(options.report) > len(options.mesh):
@@ -307,6 +328,8 @@ def main():
     components = arrays[0].GetNumberOfComponents()
     if options.range:
         low, high = numbers(options.range, 2, "--range")
+        if not low < high:
+            fail(f"--range wants LOW below HIGH, not '{options.range}'")
     else:
         low, high = arrays[0].GetRange(-1 if components > 1 else 0)
     box = numbers(options.box, 6, "--box") if options.box else None
@@ -328,6 +351,8 @@ def main():
     panels = []
     for i, (mesh, title, report) in enumerate(zip(meshes, titles, reports)):
         shown = cut_open(mesh, axis, at)
+        if shown.GetNumberOfCells() == 0:
+            print(f"picture.py: note: nothing of {title} is behind {axis} = {at:g}", file=sys.stderr)
         fine = shown.GetNumberOfCells() > 20000
         box_here = box if not options.box_on or i + 1 in options.box_on else None
         colours = colour_map(low, high)

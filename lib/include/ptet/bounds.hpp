@@ -6,7 +6,7 @@
 namespace ptet {
 
 struct Bound {
-  double value = 0; ///< >= 0 and finite
+  double value = 0; ///< >= 0, and finite where nothing else is said
   /// false: in the units of the field (or of the mesh, for the domain).
   /// true: a fraction of the field's range (or of the bounding-box diagonal); 0.01 is 1%.
   bool relative = false;

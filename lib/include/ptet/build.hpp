@@ -72,8 +72,9 @@ enum class Objective {
 /// mesh, options (but for the threads) and a program: with others it is refused. It is trusted: damage is found by its
 /// hash, but a forged one is not, so go on only from those that you wrote.
 struct CheckpointOptions {
-  /// The file, written whole or not at all; empty: none. Removed by build_file() once its own file is there. Where it
-  /// cannot be written the build goes on and BuildReport tells, unless the build ends there.
+  /// The file, written whole or not at all; empty: none. Removed by build_file() once its own file is there. Its folder
+  /// must be there: else Error(kIo), before anything is done. Where it cannot be written later the build goes on and
+  /// BuildReport tells, unless the build ends there.
   std::string path;
   /// Seconds between two checkpoints, at least: one is written when the next round of collapses (or, after these, the
   /// next batch of certified records) is done; besides, when all collapses are done and when the build is cancelled.
@@ -96,7 +97,7 @@ struct BuildOptions {
   /// Hard limits on the field errors of a collapse: one that would pass its field's is refused. Each names a governing
   /// field, or none for all of them. Empty: no limit.
   std::vector<FieldBound> max_field_error;
-  /// Hard limit on the domain error of a collapse: one that would pass it is refused.
+  /// Hard limit on the domain error of a collapse: one that would pass it is refused. Infinity: no limit.
   Bound max_domain_error{0.02, true};
   /// Stop at this number of vertices, of those that tets use, or at this fraction of them when < 1. The build also
   /// stops when nothing more can be collapsed; the report says which.
@@ -221,8 +222,8 @@ BuildReport build_file(TetMesh mesh, const std::string& path, const BuildOptions
 /// The same without a file: returns the bytes that build_file would write, which Dataset::open_memory opens. With the
 /// same source_name and source_hash they are equal, byte for byte.
 ///
-/// `report`: where the report of the build goes, or nullptr. Throws Error as build_file does, but for kIo; when it
-/// throws, `*report` may hold a part of a report.
+/// `report`: where the report of the build goes, or nullptr. Throws Error as build_file does, kIo only for the
+/// checkpoint; when it throws, `*report` may hold a part of a report.
 [[nodiscard]] std::vector<std::byte> build_memory(TetMesh mesh, const BuildOptions& options = {},
                                                   BuildReport* report = nullptr, const std::string& source_name = {},
                                                   const std::string& source_hash = {},

@@ -74,8 +74,8 @@ struct MeshReport {
 /// Euler characteristic.
 ///
 /// Returns a report that holds every finding, not only the first.
-/// Throws Error: kCancelled when `progress` returns false, kLimit for more than 2^28 tets or 2^32 - 2 vertices; nothing
-/// else for any contents of `mesh`.
+/// Throws Error: kCancelled when `progress` returns false, kLimit for more than 2^28 tets or 2^32 - 2 vertices,
+/// kBadArgument for a ScalarType that is none; nothing else for any contents of `mesh`.
 /// Thread rule: const on `mesh`; concurrent calls are fine; on the calling thread alone. Cost: O(tets log tets).
 [[nodiscard]] MeshReport validate(const TetMesh& mesh, const ProgressCallback& progress = {});
 

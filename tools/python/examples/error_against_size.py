@@ -7,6 +7,7 @@ Without a file a mesh is made up. The cells marked # %% can be run one by one in
 """
 # %% What to look at
 import argparse
+import sys
 
 import matplotlib
 
@@ -25,6 +26,8 @@ options = parser.parse_args()
 
 data = load(options.file, govern=options.field)
 info = data.info
+if not info.governing:
+    sys.exit("no field of the file has errors: build it with one")
 field = options.field or info.governing[0]
 scale = info.field(field).range
 print(data)

@@ -162,6 +162,8 @@ def main():
     options = parse_arguments()
     on_a_display()
     data = load(options.file, govern=options.field)
+    if not data.info.governing:
+        sys.exit("no field of the file has errors: build it with one")
     field = options.field or data.info.governing[0]
     if options.focus:
         corners = [float(number) for number in options.focus.split(",")]

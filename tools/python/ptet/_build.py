@@ -23,6 +23,8 @@ raises comes through."""
 
 PathLike = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
 
+_MAGIC = b"\x89PTET\r\n\x1a"  # what a file begins with
+
 # What is predicted, where errors are evaluated: the names of Cignoni et al. 2000, what is compared with them, and ours.
 _METHODS = {
     "exact": ("exact", "exact"),
@@ -141,7 +143,7 @@ class Built:
 
 
 def _choose_method(method: str, predict: str | None, evaluate: str | None) -> tuple[str, str]:
-    if method not in _METHODS:
+    if not isinstance(method, str) or method not in _METHODS:
         raise ArgumentError(f"method {method!r}: it is one of {', '.join(_METHODS)}")
     prediction, evaluation = _METHODS[method]
     if predict is not None:
@@ -154,6 +156,25 @@ def _choose_method(method: str, predict: str | None, evaluate: str | None) -> tu
                                 "evaluate='exact'")
         prediction = "quadric"
     return prediction, evaluation
+
+
+def _as_names(govern: object) -> list[str]:
+    if govern is None:
+        return []
+    if not isinstance(govern, Iterable):
+        raise ArgumentError(f"govern: names of fields are wanted, not {govern!r}")
+    return [as_text(name, "govern") for name in ([govern] if isinstance(govern, str) else govern)]
+
+
+def _as_output(out: PathLike) -> bytes:
+    """A file that may be replaced: what is no .ptet file may be somebody's mesh."""
+    path = as_path(out)
+    if not path.endswith(b".ptet") and os.path.isfile(path) and os.path.getsize(path) > 0:
+        with open(path, "rb") as file:
+            if file.read(len(_MAGIC)) != _MAGIC:
+                raise ArgumentError(f"out: {os.fsdecode(path)!r} is there and is not a .ptet file; give another name, "
+                                    "or remove it first")
+    return path
 
 
 def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.ArrayLike] | None = None, *,
@@ -172,7 +193,8 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         points: (n, 3), any of the types int8 to float64; mesh units.
         tets: (m, 4) rows of `points`, any type of whole numbers, in any orientation.
         fields: by name (n,) or (n, components), any of the types int8 to float64.
-        out: the file to write, whole or not at all. None: the bytes stay in memory.
+        out: the file to write, whole or not at all; one that is there is replaced if it is a .ptet file, or its name
+            says so. None: the bytes stay in memory.
         govern: names of the fields whose errors are kept small and stated; None: every floating-point field.
         method: "exact", or one of the paper's "LN", "GN", "QN", "BF", "BFS", or "staadt-gross", "trotts".
         predict: what orders the collapses instead of the method's: "exact", "local", "gradient", "quadric", "simulate",
@@ -223,12 +245,11 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
             # Of how many vertices, the build knows: those that tets use, once they are welded.
             share = parse_bound(target_vertices, "target_vertices")[0]
             target = share if share < 1 else target
-    names = [govern] if isinstance(govern, str) else list(govern or [])
+    names = _as_names(govern)
     for text, what in ((prediction, "predict"), (evaluation, "evaluate"), (objective, "objective"),
-                       (source_name, "source_name"), (source_hash, "source_hash"),
-                       *((name, "govern") for name in names)):
+                       (source_name, "source_name"), (source_hash, "source_hash")):
         as_text(text, what)
-    path = None if out is None else as_path(out)
+    path = None if out is None else _as_output(out)
     bounds = [(name, value, relative) for name, (value, relative) in
               parse_field_bounds(max_field_error, "max_field_error")]
     as_callback(progress)

@@ -61,8 +61,9 @@ class Extraction:
             `input_order` was asked for.
         made_by: (m,) uint32: the record that made each tet, 0xFFFFFFFF when it is an original one, whose error is 0;
             None unless `origins` was asked for.
-        field_error: by governing field the largest error, in its units. In a file built with evaluation "exact" no
-            point that the mesh covers has a larger one.
+        errors_are_bounds: whether the file was built with evaluation "exact", as of DatasetInfo.
+        field_error: by governing field the largest error, in its units. Where errors are bounds, no point that the mesh
+            covers has a larger one.
         rms_error: by governing field the root mean square error over that part of the original domain which the mesh
             covers; empty when the build measured none.
         covered: so much of the original's volume the mesh covers at least, from 0 to 1; None when the build did not
@@ -81,6 +82,7 @@ class Extraction:
         seconds: wall time of the call.
     """
 
+    errors_are_bounds: bool
     points: npt.NDArray[Any]
     fields: dict[str, npt.NDArray[Any]]
     tets: npt.NDArray[np.uint32]
@@ -109,6 +111,7 @@ class Extraction:
         def part(errors: tuple[list[float], float]) -> PartErrors:
             return PartErrors(dict(zip(names, errors[0])), errors[1])
 
+        self.errors_are_bounds = info.errors_are_bounds
         self.points = core.points
         self.fields = core.fields
         self.tets = core.tets
@@ -146,7 +149,8 @@ class Extraction:
 
     def __repr__(self) -> str:
         up = decimal.Context(prec=4, rounding=decimal.ROUND_CEILING)
-        errors = ", ".join(f"{name} within {float(up.create_decimal(repr(error))):.4g}"
+        is_within = "within" if self.errors_are_bounds else "about"
+        errors = ", ".join(f"{name} {is_within} {float(up.create_decimal(repr(error))):.4g}"
                            for name, error in self.field_error.items())
         return (f"<ptet.Extraction: {len(self.points)} vertices, {len(self.tets)} tets, "
                 f"{errors + ', ' if errors else ''}limited by {self.limited_by}"

@@ -214,8 +214,10 @@ def as_list(given: object, kinds: tuple[type, ...], what: str) -> list[object]:
     """One of these kinds, or several."""
     if given is None:
         return []
-    is_one = isinstance(given, (*kinds, str, bytes)) or not isinstance(given, Iterable)
-    several = [given] if is_one else list(given)
+    if isinstance(given, kinds) or isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
+        several = [given]
+    else:
+        several = list(given)
     for one in several:
         if not isinstance(one, kinds):
             names = ", ".join(kind.__name__ for kind in kinds)
