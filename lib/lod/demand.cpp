@@ -17,29 +17,50 @@ BlockDemand of_block(const WantAll&, const file::BlockInfo&) {
   return BlockDemand::kAll;
 }
 
+/// What bounds that hold in a part of space are about.
+struct StatedErrors {
+  const ErrorCode16* of_fields; ///< monotone
+  ErrorCode16 of_domain;        ///< own
+};
+StatedErrors errors_of(const file::BlockInfo& block) {
+  return {block.max_error.data(), block.max_own.back()};
+}
+bool any_exceeds(const StatedErrors& errors, const CodeLimits& limits) {
+  for (std::size_t i = 0; i + 1 < limits.size(); ++i)
+    if (errors.of_fields[i] > limits[i]) return true;
+  return errors.of_domain > limits.back();
+}
+
+// With limits: whether anything that is as near to the box as the domain error may be in the region.
+bool stands_for_some(const WantInside& want, const StatedErrors& errors, const Point& min, const Point& max) {
+  if (meets(want.region, min, max)) return true;
+  const double around = decode_error(errors.of_domain, want.domain_scale);
+  return !want.limits.empty() && around > 0 && distance(want.region, min, max) <= around;
+}
 BlockDemand of_block(const WantInside& want, const file::BlockInfo& block) {
-  if (!want.limits.empty() && !exceeds(block.max_own.data(), want.limits)) return BlockDemand::kNone;
-  if (!meets(want.region, block.box_min, block.box_max)) return BlockDemand::kNone;
+  const StatedErrors errors = errors_of(block);
+  if (!want.limits.empty() && !any_exceeds(errors, want.limits)) return BlockDemand::kNone;
+  if (!stands_for_some(want, errors, block.box_min, block.box_max)) return BlockDemand::kNone;
   return want.limits.empty() && contains(want.region, block.box_min, block.box_max) ? BlockDemand::kAll
                                                                                     : BlockDemand::kSome;
 }
 
 // Written so that NaN, which 0 per distance makes of an infinite one, allows nothing.
-bool exceeds_at(const ErrorCode16* codes, const WantNear& want, double distance) {
-  for (std::size_t i = 0; i < want.scale.size(); ++i)
-    if (!(decode_error(codes[i], want.scale[i]) <= want.at_region[i] + want.per_distance[i] * distance)) return true;
-  return false;
+bool exceeds_at(const StatedErrors& errors, const WantNear& want, double distance) {
+  const std::size_t domain = want.scale.size() - 1;
+  const double domain_error = decode_error(errors.of_domain, want.scale[domain]);
+  const double nearest = std::max(0.0, distance - domain_error);
+  const auto passes = [&](double error, std::size_t i) {
+    return !(error <= want.at_region[i] + want.per_distance[i] * nearest);
+  };
+  for (std::size_t i = 0; i < domain; ++i)
+    if (passes(decode_error(errors.of_fields[i], want.scale[i]), i)) return true;
+  return passes(domain_error, domain);
 }
 BlockDemand of_block(const WantNear& want, const file::BlockInfo& block) {
   const double apart = distance(want.region, block.box_min, block.box_max);
-  return exceeds_at(block.max_own.data(), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
+  return exceeds_at(errors_of(block), want, apart) ? BlockDemand::kSome : BlockDemand::kNone;
 }
-
-/// The errors that bounds with values or a camera are about.
-struct StatedErrors {
-  const ErrorCode16* of_fields; ///< monotone
-  ErrorCode16 of_domain;        ///< own
-};
 
 /// With a camera: whether a version with these errors, somewhere in the box or in the hull of the corners, may have one
 /// that passes its limit. `has_face`: whether it may be a boundary face; only these have domain errors.
@@ -66,7 +87,7 @@ bool may_exceed_somewhere(const StatedErrors& errors, const WantBounded& want, b
 }
 BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
   if (want.is_plain()) return exceeds(block.max_error.data(), want.limits) ? BlockDemand::kSome : BlockDemand::kNone;
-  const StatedErrors errors{block.max_error.data(), block.max_own.back()};
+  const StatedErrors errors = errors_of(block);
   if (!may_exceed_somewhere(errors, want, true)) return BlockDemand::kNone;
   if (want.camera && !may_exceed(errors, want, Box{block.box_min, block.box_max}, true)) return BlockDemand::kNone;
   return BlockDemand::kSome;
@@ -82,8 +103,10 @@ struct Record {
   RecordId id;
 
   [[nodiscard]] const Refinement& refinement() const { return hierarchy.content().refinement; }
-  [[nodiscard]] const ErrorCode16* own() const { return row(hierarchy.content().own); }
   [[nodiscard]] const ErrorCode16* monotone() const { return row(hierarchy.content().monotone); }
+  [[nodiscard]] StatedErrors errors() const {
+    return {monotone(), row(hierarchy.content().own)[hierarchy.errors_per_record() - std::size_t{1}]};
+  }
 
 private:
   [[nodiscard]] const ErrorCode16* row(const std::vector<ErrorCode16>& codes) const {
@@ -99,16 +122,18 @@ bool wants_record(const WantAll&, const Record&) {
 // where the boundary has moved. The box of the star is tested for all of them: that takes a fraction of the time of a
 // test of each tet, and puts out some 0.5% more tets, 5% at most.
 bool wants_record(const WantInside& want, const Record& record) {
-  if (!want.limits.empty() && !exceeds(record.own(), want.limits)) return false;
+  const StatedErrors errors = record.errors();
+  if (!want.limits.empty() && !any_exceeds(errors, want.limits)) return false;
   const auto [min, max] = record.hierarchy.star_box(record.id);
-  return meets(want.region, min, max);
+  return stands_for_some(want, errors, min, max);
 }
 
 bool wants_record(const WantNear& want, const Record& record) {
+  const StatedErrors errors = record.errors();
   const auto [min, max] = record.hierarchy.star_box(record.id);
-  return exceeds_at(record.own(), want, distance(want.region, min, max)) &&
+  return exceeds_at(errors, want, distance(want.region, min, max)) &&
          any_in_star(record.refinement(), record.id, [&](const Tet& tet) {
-           return exceeds_at(record.own(), want, distance(want.region, Corners(record.hierarchy, tet).points()));
+           return exceeds_at(errors, want, distance(want.region, Corners(record.hierarchy, tet).points()));
          });
 }
 
@@ -116,7 +141,7 @@ bool wants_record(const WantNear& want, const Record& record) {
 // its limit. Ghosts are looked at like tets: by values, they are the faces that domain errors are about.
 bool wants_record(const WantBounded& want, const Record& record) {
   if (want.is_plain()) return exceeds(record.monotone(), want.limits);
-  const StatedErrors errors{record.monotone(), record.own()[record.hierarchy.errors_per_record() - std::size_t{1}]};
+  const StatedErrors errors = record.errors();
   if (!may_exceed_somewhere(errors, want, true)) return false;
   const bool may_be_tet = may_exceed_somewhere(errors, want, false);
   if (want.camera) {

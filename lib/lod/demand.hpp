@@ -38,11 +38,15 @@ enum class BlockDemand { kNone, kSome, kAll };
 struct WantAll {
   friend bool operator==(const WantAll&, const WantAll&) = default;
 };
+// Wants with bounds go by the monotone errors of fields: only they know of original vertices outside of the mesh. So a
+// star stands for what is there, too, and for what is as far from it as its domain error.
+
 /// The splits of records whose star, by its box, meets the region and of whose errors one passes its limit; with no
 /// limits those of all records there.
 struct WantInside {
   Region region;
   CodeLimits limits;
+  double domain_scale = 0; ///< of the domain's code
 
   friend bool operator==(const WantInside&, const WantInside&) = default;
 };
@@ -68,8 +72,6 @@ struct Interval {
 using Intervals = boost::container::small_vector<Interval, 2>;
 /// The splits of records of whose errors one passes its limit. With values, only those whose star may take one of them;
 /// with a camera the limits hold for stars that are in the picture, and looser ones, or none, for those that are not.
-/// Errors of fields are the monotone ones: only they know of original vertices outside of the mesh. So a star stands
-/// for what is there, too, and for what is as far from it as its domain error.
 struct WantBounded {
   CodeLimits limits; ///< empty: whatever the errors are
   Intervals values;

@@ -123,12 +123,21 @@ void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const Resolve
   const auto state = [&](auto&& is_in, auto&& may_hold) {
     return decoded(largest(hierarchy, tets_of, ghosts_of, unread, is_in, may_hold), hierarchy.header());
   };
+  // A face stands for what of the original is outside of the mesh, as far from it as its domain error: see WantBounded.
+  const auto domain_error = [&](ErrorCode16 code) { return decode_error(code, hierarchy.header().diagonal); };
+  const auto around = [&](const MadeVersion& version, const ErrorCode16* own) {
+    return is_ghost(version.tet) ? domain_error(own[hierarchy.errors_per_record() - std::size_t{1}]) : 0;
+  };
   for (const Region& region : request.focus)
-    result.in_focus.push_back(
-        state([&](const MadeVersion& version,
-                  const ErrorCode16*) { return meets(region, Corners(hierarchy, version.tet).points()); },
-              [&](const Box& box, ErrorCode16) { return meets(region, box.min, box.max); }));
-  // A face stands for what of the original is outside of the mesh: see WantBounded.
+    result.in_focus.push_back(state(
+        [&](const MadeVersion& version, const ErrorCode16* own) {
+          const Corners corners(hierarchy, version.tet);
+          const double near = around(version, own);
+          return meets(region, corners.points()) || (near > 0 && distance(region, corners.points()) <= near);
+        },
+        [&](const Box& box, ErrorCode16 domain) {
+          return meets(region, box.min, box.max) || distance(region, box.min, box.max) <= domain_error(domain);
+        }));
   for (const Interval& interval : request.values)
     result.at_values.push_back(state(
         [&](const MadeVersion& version, const ErrorCode16* own) {
@@ -138,11 +147,9 @@ void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const Resolve
         [](const Box&, ErrorCode16) { return true; }));
   if (request.camera) {
     const Camera& camera = *request.camera;
-    const auto domain_error = [&](ErrorCode16 code) { return decode_error(code, hierarchy.header().diagonal); };
     result.in_view = state(
         [&](const MadeVersion& version, const ErrorCode16* own) {
-          const double around = is_ghost(version.tet) ? domain_error(own[hierarchy.errors_per_record() - 1U]) : 0;
-          return camera.meets(Corners(hierarchy, version.tet).points(), around);
+          return camera.meets(Corners(hierarchy, version.tet).points(), around(version, own));
         },
         [&](const Box& box, ErrorCode16 domain) { return camera.meets(box, domain_error(domain)); });
     result.pixels_in_view = largest_in_pixels(hierarchy, ghosts, unread, camera);

@@ -146,7 +146,7 @@ PerCode<double> absolute_by_code(const Bound& bound, const file::Header& header)
 
 WantInside inside(const Region& region, const Focus& focus, const file::Header& header) {
   check_bound(focus.error, "the error in the focus");
-  WantInside want{region, {}};
+  WantInside want{region, {}, header.diagonal};
   if (focus.error.value == 0) return want;
   const PerCode<double> allowed = absolute_by_code(focus.error, header), scale = scales(header);
   for (std::size_t i = 0; i < allowed.size(); ++i)

@@ -49,6 +49,15 @@ Point position(const TetMesh& mesh, std::size_t v) {
   return {mesh.positions.value(v, 0), mesh.positions.value(v, 1), mesh.positions.value(v, 2)};
 }
 
+/// The vertices on its boundary alone.
+std::set<std::uint32_t> on_boundary_of(const TetMesh& mesh) {
+  std::set<std::uint32_t> all;
+  for (const test::Face& face : test::examine(mesh).boundary)
+    for (const VertexId v : face)
+      all.insert(v.index());
+  return all;
+}
+
 std::set<Point> places(const TetMesh& mesh) {
   std::set<Point> all;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
@@ -105,16 +114,12 @@ TEST_CASE("outside: what a picture would show of the original is as sharp as was
   for (const auto& [name, mesh] : test::sample_meshes(47)) {
     const Built built = build(mesh, 1);
     const DatasetInfo& info = built.dataset->info();
-    std::set<std::uint32_t> on_boundary;
-    for (const test::Face& face : test::examine(built.original).boundary)
-      for (const VertexId v : face)
-        on_boundary.insert(v.index());
     Request coarsest;
     coarsest.max_tets = 0;
     const Extraction base = built.dataset->extract(coarsest);
     std::mt19937 random(3);
     const auto uniform = [&] { return static_cast<double>(random() % 1000001) / 1e6; };
-    for (const std::uint32_t v : on_boundary) {
+    for (const std::uint32_t v : on_boundary_of(built.original)) {
       const Point at = position(built.original, v);
       if (random() % 4 != 0 || distance_to_boundary(base, at) < 0.01 * info.diagonal) continue;
       Request request;
@@ -147,4 +152,49 @@ TEST_CASE("outside: what a picture would show of the original is as sharp as was
   }
   CHECK(looked > 60);
   CHECK(beside > 40);
+}
+
+TEST_CASE("outside: the original's boundary in a focus, and on the way from it, is as near to the mesh as was asked") {
+  std::size_t inside = 0, lost_in_base = 0;
+  double told = 0, most = 0;
+  for (const auto& [name, mesh] : test::sample_meshes(53)) {
+    const Built built = build(mesh, 2);
+    const DatasetInfo& info = built.dataset->info();
+    std::vector<Point> on_boundary;
+    for (const std::uint32_t v : on_boundary_of(built.original))
+      on_boundary.push_back(position(built.original, v));
+    Request coarsest;
+    coarsest.max_tets = 0;
+    const Extraction base = built.dataset->extract(coarsest);
+    std::mt19937 random(5);
+    const auto uniform = [&] { return static_cast<double>(random() % 1000001) / 1e6; };
+    for (int i = 0; i < 40; ++i) {
+      INFO(name << ", focus " << i);
+      const Sphere sphere{on_boundary[random() % on_boundary.size()], 0.08 * uniform() * uniform() * info.diagonal};
+      Focus focus{sphere, {0.15 * uniform(), true}};
+      if (i % 2 == 0) focus.falloff = Bound{uniform(), true};
+      Request request;
+      request.focus = {focus};
+      const Extraction cut = built.dataset->extract(request);
+      double in_focus = 0;
+      for (const Point& p : on_boundary) {
+        const double apart = std::max(
+            0.0, std::hypot(p[0] - sphere.centre[0], p[1] - sphere.centre[1], p[2] - sphere.centre[2]) - sphere.radius);
+        if (apart > 0 && !focus.falloff) continue;
+        const double allowed = focus.error.value * info.diagonal + (focus.falloff ? focus.falloff->value * apart : 0);
+        const double off = distance_to_boundary(cut, p);
+        CHECK(off <= allowed * (1 + 1e-9));
+        if (apart > 0) continue;
+        in_focus = std::max(in_focus, off);
+        ++inside;
+        lost_in_base += distance_to_boundary(base, p) > allowed ? 1 : 0;
+      }
+      CHECK(cut.in_focus.front().domain_error >= in_focus * (1 - 1e-9));
+      told += cut.in_focus.front().domain_error;
+      most += in_focus;
+    }
+  }
+  CHECK(inside > 200);
+  CHECK(lost_in_base > 40);
+  CHECK(told < 20 * most);
 }

@@ -113,11 +113,11 @@ struct Extraction {
   /// distance is larger; distances below 1e-12 of the diagonal count as none. In other files: sampled, from the
   /// original boundary only, or as predicted (Evaluation::kNone).
   double domain_error = 0;
-  /// The same for parts of the mesh that the request names: in_focus[i] is of what meets Request::focus[i];
+  /// The same for parts of the mesh that the request names: in_focus[i] is of what meets Request::focus[i], its domain
+  /// error of the faces too that are no further from it than that;
   /// at_values[i] of the tets whose values, widened by their own error, reach into Request::values[i], its domain error
   /// of the faces that have such values or stand for a part of the original that may; in_view of what meets the picture
-  /// of Request::view, its domain error of the faces too that are no further from the picture than that. Blocks that
-  /// were not read count as above: for values all of them.
+  /// of Request::view, with such faces, too. Blocks that were not read count as above: for values all of them.
   std::vector<PartErrors> in_focus;
   std::vector<PartErrors> at_values;
   std::optional<PartErrors> in_view;

@@ -53,7 +53,8 @@ using Region = std::variant<Box, OrientedBox, Sphere, HalfSpace>;
 /// A part of space where more is asked than elsewhere, whatever else the request says.
 struct Focus {
   Region region;
-  /// Largest error allowed of the tets and boundary faces that meet the region.
+  /// Largest error allowed of the tets and boundary faces that meet the region, and of the original in it: no point of
+  /// its boundary there is further from that of the mesh, and where the mesh does not reach its vertices are compared.
   ///   0         these are original ones, bit for bit
   ///   relative  every governing field may be off by this fraction of its range, the boundary by this fraction of the
   ///             diagonal
@@ -62,7 +63,8 @@ struct Focus {
   ///             range
   Bound error{0, true};
   /// Outside the region the error may grow with the distance: of a tet whose nearest point is `distance` away from the
-  /// region, error + falloff * distance / diagonal is allowed. None: nothing is asked outside.
+  /// region, error + falloff * distance / diagonal is allowed, of a point of the original likewise. None: nothing is
+  /// asked outside.
   std::optional<Bound> falloff = std::nullopt;
 };
 
