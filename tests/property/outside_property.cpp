@@ -154,6 +154,44 @@ TEST_CASE("outside: what a picture would show of the original is as sharp as was
   CHECK(beside > 40);
 }
 
+// A focus so small that only a point of the original is in it, and a face that lies beside it stands for that.
+TEST_CASE("outside: a point of the original's boundary in a focus is as near to the mesh as was asked") {
+  std::size_t lost = 0, asked = 0;
+  for (const auto& [name, mesh] : test::sample_meshes(59))
+    for (unsigned seed = 0; seed < 2; ++seed) {
+      const Built built = build(mesh, seed);
+      const double diagonal = built.dataset->info().diagonal;
+      Request request;
+      request.max_tets = 0;
+      const Extraction base = built.dataset->extract(request);
+      request.max_tets.reset();
+      std::mt19937 random(seed);
+      for (const std::uint32_t v : on_boundary_of(built.original)) {
+        const Point at = position(built.original, v);
+        const double off = distance_to_boundary(base, at);
+        if (off < 0.001 * diagonal) continue;
+        for (int i = 0; i < 6; ++i) {
+          INFO(name << ", vertex " << v << ", error " << i);
+          Focus focus{Sphere{at, 1e-9 * diagonal}, {0.1 * (i + 1) * off / diagonal, true}};
+          double allowed = focus.error.value * diagonal;
+          if (i % 2 == 0) { // beside the focus, where it grows with the distance, and so it does for the face
+            Point& centre = std::get<Sphere>(focus.region).centre;
+            centre[i / 2] += (random() % 2 == 0 ? 0.2 : -0.2) * off;
+            focus.error.value = 0;
+            focus.falloff = Bound{1.0 + i, true};
+            allowed = (1.0 + i) * (0.2 * off - 1e-9 * diagonal);
+          }
+          request.focus = {focus};
+          const Extraction cut = built.dataset->extract(request);
+          lost += distance_to_boundary(cut, at) > allowed * (1 + 1e-9) ? 1 : 0;
+          ++asked;
+        }
+      }
+    }
+  CHECK(lost == 0);
+  CHECK(asked > 500);
+}
+
 TEST_CASE("outside: the original's boundary in a focus, and on the way from it, is as near to the mesh as was asked") {
   std::size_t inside = 0, lost_in_base = 0;
   double told = 0, most = 0;
