@@ -118,10 +118,11 @@ private:
   const file::Content& content() const { return hierarchy_.content(); }
 
   template <class F>
-  void for_each_wanted(const WantsOfBlock& wants, const file::BlockInfo& block, F&& f) const {
+  void for_each_wanted(const WantsOfBlock& wants, const file::BlockInfo& block, F&& f) {
     if (wants.demand() == BlockDemand::kNone) return;
+    wants.find(hierarchy_, block, found_);
     for (std::uint32_t r = block.first_record; r < block.end_record(); ++r)
-      if (wants.wants(hierarchy_, RecordId{r})) f(r);
+      if (found_.contain(r)) f(r);
   }
   void apply(const BlockDemands& demands, const BlockSet& blocks) {
     for (std::size_t b = 0; b < blocks_.size(); ++b)
@@ -304,6 +305,7 @@ private:
   }
 
   Hierarchy& hierarchy_;
+  WantedRecords found_; // scratch
   const ResolvedRequest& request_;
   const Budget budget_;
   const std::vector<file::BlockInfo>& blocks_;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace ptet {
 namespace {
@@ -121,7 +122,7 @@ bool wants_record(const WantAll&, const Record&) {
 // In the region there must be no tet that the collapse made, and no tet that it consumed must be missing, which matters
 // where the boundary has moved. The box of the star is tested for all of them: that takes a fraction of the time of a
 // test of each tet, and puts out some 0.5% more tets, 5% at most.
-bool wants_record(const WantInside& want, const Record& record) {
+bool wants_record(const WantInside& want, const Record& record) { // with no limits, see WantsOfBlock::find
   const StatedErrors errors = record.errors();
   if (!want.limits.empty() && !any_exceeds(errors, want.limits)) return false;
   const auto [min, max] = record.hierarchy.star_box(record.id);
@@ -232,11 +233,27 @@ void Wants::narrow_to(const file::BlockInfo& block, WantsOfBlock& those) const {
   }
 }
 
-bool WantsOfBlock::any_wants(const Hierarchy& hierarchy, RecordId r) const {
-  const Record record{hierarchy, r};
-  return std::any_of(wants_.begin(), wants_.end(), [&](const Want* want) {
-    return std::visit([&](const auto& w) { return wants_record(w, record); }, *want);
-  });
+void WantsOfBlock::find(const Hierarchy& hierarchy, const file::BlockInfo& block, WantedRecords& wanted) const {
+  std::vector<char>& found = wanted.found_;
+  std::vector<Box>& boxes = wanted.boxes_;
+  wanted.first_ = block.first_record;
+  found.assign(block.record_count, demand_ == BlockDemand::kAll ? 1 : 0);
+  if (demand_ != BlockDemand::kSome) return;
+  boxes.clear();
+  for (const Want* want : wants_)
+    std::visit(
+        [&](const auto& of) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(of)>, WantInside>) {
+            if (of.limits.empty()) {
+              if (boxes.empty()) hierarchy.star_boxes(block, boxes);
+              find_meeting(of.region, boxes, found);
+              return;
+            }
+          }
+          for (std::uint32_t i = 0; i < block.record_count; ++i)
+            if (found[i] == 0 && wants_record(of, {hierarchy, RecordId{block.first_record + i}})) found[i] = 1;
+        },
+        *want);
 }
 
 } // namespace ptet

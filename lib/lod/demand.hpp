@@ -86,21 +86,31 @@ struct WantBounded {
 };
 using Want = std::variant<WantAll, WantInside, WantNear, WantBounded>;
 
+/// What WantsOfBlock::find() finds, in memory that it keeps.
+class WantedRecords {
+public:
+  /// `r`: a record of the block.
+  [[nodiscard]] bool contain(std::uint32_t r) const { return found_[r - first_] != 0; }
+
+private:
+  friend class WantsOfBlock;
+
+  std::uint32_t first_ = 0;
+  std::vector<char> found_;
+  std::vector<Box> boxes_;
+};
+
 /// Of some wants those that the records of one block may be asked for by: few, of however many. They must outlive it.
 class WantsOfBlock {
 public:
   /// What the block table tells.
   [[nodiscard]] BlockDemand demand() const { return demand_; }
-  /// Of a record of the block. The lock must be held and the record be loaded. Depends on the record alone: not on what
-  /// else is in memory.
-  [[nodiscard]] bool wants(const Hierarchy& hierarchy, RecordId r) const {
-    return demand_ == BlockDemand::kAll || (demand_ == BlockDemand::kSome && any_wants(hierarchy, r));
-  }
+  /// Which of the block's records are wanted. The lock must be held and the block be loaded. Depends on the records
+  /// alone: not on what else is in memory.
+  void find(const Hierarchy& hierarchy, const file::BlockInfo& block, WantedRecords& wanted) const;
 
 private:
   friend class Wants;
-
-  [[nodiscard]] bool any_wants(const Hierarchy& hierarchy, RecordId r) const;
 
   BlockDemand demand_ = BlockDemand::kNone;
   boost::container::small_vector<const Want*, 8> wants_;

@@ -61,6 +61,14 @@ public:
     return {min, max};
   }
 
+  /// Of all records of a loaded block, in their order, at the end of `boxes`.
+  void star_boxes(const file::BlockInfo& block, std::vector<Box>& boxes) const {
+    for (std::uint32_t r = block.first_record; r < block.end_record(); ++r) {
+      const auto [min, max] = star_box(RecordId{r});
+      boxes.push_back({min, max});
+    }
+  }
+
 private:
   /// Steps from one side of all stars' box to the other along an axis; both ends are exact.
   struct Steps {

@@ -295,6 +295,15 @@ bool meets(const Region& region, const Point& min, const Point& max) {
   return std::visit([&](const auto& shape) { return !are_apart(shape, Box{min, max}); }, region);
 }
 
+void find_meeting(const Region& region, std::span<const Box> boxes, std::span<char> found) {
+  std::visit(
+      [&](const auto& shape) {
+        for (std::size_t i = 0; i < boxes.size(); ++i)
+          if (found[i] == 0) found[i] = are_apart(shape, boxes[i]) ? 0 : 1;
+      },
+      region);
+}
+
 double distance(const Region& region, std::span<const Point> corners) {
   return std::visit([&](const auto& shape) { return lower_bound(shape, corners); }, region);
 }

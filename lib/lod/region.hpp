@@ -15,6 +15,9 @@ namespace ptet {
 /// The same for the closed box [min, max]. An oriented box that misses it at edges only is said to meet it.
 [[nodiscard]] bool meets(const Region& region, const Point& min, const Point& max);
 
+/// Sets found[i], as far as it is not, where boxes[i] meets the region.
+void find_meeting(const Region& region, std::span<const Box> boxes, std::span<char> found);
+
 /// The distance between the region and the hull of three or four points, mesh units; by rounding it may be less, never
 /// more. 0 where they meet.
 [[nodiscard]] double distance(const Region& region, std::span<const Point> corners);

@@ -94,9 +94,9 @@ void RunningCut::update_promised(std::span<const std::uint32_t> which) {
     const BlockDemand now = here_.demand();
     const BlockDemand before = std::exchange(promised_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
-    const std::uint32_t first = blocks_[b].first_record;
-    for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wanted = here_.wants(hierarchy_, RecordId{r});
+    here_.find(hierarchy_, blocks_[b], found_);
+    for (std::uint32_t r = blocks_[b].first_record; r < blocks_[b].end_record(); ++r) {
+      const bool is_wanted = found_.contain(r);
       if (is_wanted == ((flags_[r] & kPromised) != 0)) continue;
       flags_[r] ^= kPromised;
       if (is_wanted)
@@ -154,9 +154,9 @@ void RunningCut::update_wished(OrderCode key) {
     const BlockDemand now = here_.demand();
     const BlockDemand before = std::exchange(wished_demand_[b], now);
     if (now == before && now != BlockDemand::kSome) continue;
-    const std::uint32_t first = blocks_[b].first_record;
-    for (std::uint32_t r = first; r < first + blocks_[b].record_count; ++r) {
-      const bool is_wished = here_.wants(hierarchy_, RecordId{r});
+    here_.find(hierarchy_, blocks_[b], found_);
+    for (std::uint32_t r = blocks_[b].first_record; r < blocks_[b].end_record(); ++r) {
+      const bool is_wished = found_.contain(r);
       if (is_wished == ((flags_[r] & kWished) != 0)) continue;
       flags_[r] ^= kWished;
       if (counts_wishes_) {

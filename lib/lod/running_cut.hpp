@@ -121,6 +121,7 @@ private:
 
   std::vector<std::uint32_t> open_, leaving_; // scratch
   WantsOfBlock here_;
+  WantedRecords found_;
   BlockSet asked_for_;
   BlocksByOrder by_key_;
   std::vector<std::uint32_t> bucket_, by_generation_;
