@@ -314,8 +314,6 @@ TetMesh Assembler::finish(const ProgressCallback& progress) {
     fail("holds " + (parts.empty() ? "no cells" : joined(parts) + " and no volume cells") + ": ptet needs tetrahedra");
   }
   if (!parts.empty()) report_.notes.push_back("skipped " + joined(parts));
-  if (mesh_.point_arrays.empty() && !report_.cell_arrays.empty())
-    report_.notes.push_back(std::string("only cells have values: ") + kCellsToPoints);
   if (ghost_points_ != 0)
     report_.notes.push_back("the flags of points (vtkGhostType: duplicate or hidden) are not carried; they mark " +
                             grouped(ghost_points_) + (ghost_points_ == 1 ? " point" : " points"));

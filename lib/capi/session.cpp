@@ -86,7 +86,7 @@ ptet_status ptet_session_update(ptet_session* session, const ptet_request* reque
       try {
         return of.session.update(request == nullptr ? Request{} : request->request, progress_through(progress, user));
       } catch (const Error&) {
-        throw; // refused or cancelled: all is as it was
+        throw; // the failures are still those of the last update
       } catch (...) {
         of.failures = {};
         throw;

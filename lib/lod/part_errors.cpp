@@ -110,6 +110,12 @@ double largest_in_pixels(const Hierarchy& hierarchy, std::span<const MadeVersion
   return most;
 }
 
+/// Whether what is promised, whatever the budgets for size are, is there.
+bool has_all_promised(const Cut& cut) {
+  return cut.limited_by != LimitedBy::kTime &&
+         std::find(cut.missing.begin(), cut.missing.end(), 1) == cut.missing.end();
+}
+
 } // namespace
 
 bool names_parts(const ResolvedRequest& request) {
@@ -128,16 +134,20 @@ void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const Resolve
   const auto around = [&](const MadeVersion& version, const ErrorCode16* own) {
     return is_ghost(version.tet) ? domain_error(own[hierarchy.errors_per_record() - std::size_t{1}]) : 0;
   };
-  for (const Region& region : request.focus)
+  const bool is_met = has_all_promised(cut);
+  for (const auto& [region, is_original] : request.focus) {
+    const bool stands_for_more = !(is_original && is_met); // else nothing of the original in it is outside of the mesh
     result.in_focus.push_back(state(
         [&](const MadeVersion& version, const ErrorCode16* own) {
           const Corners corners(hierarchy, version.tet);
-          const double near = around(version, own);
+          const double near = stands_for_more ? around(version, own) : 0;
           return meets(region, corners.points()) || (near > 0 && distance(region, corners.points()) <= near);
         },
         [&](const Box& box, ErrorCode16 domain) {
-          return meets(region, box.min, box.max) || distance(region, box.min, box.max) <= domain_error(domain);
+          return meets(region, box.min, box.max) ||
+                 (stands_for_more && distance(region, box.min, box.max) <= domain_error(domain));
         }));
+  }
   for (const Interval& interval : request.values)
     result.at_values.push_back(state(
         [&](const MadeVersion& version, const ErrorCode16* own) {

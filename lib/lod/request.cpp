@@ -211,7 +211,7 @@ WantBounded bounded(const Request& request, const ResolvedRequest& resolved, con
 
 void add_focus(const Focus& focus, const file::Header& header, ResolvedRequest& resolved) {
   const Region region = std::visit([](const auto& shape) { return checked(shape); }, focus.region);
-  resolved.focus.push_back(region);
+  resolved.focus.push_back({region, focus.error.value == 0});
   resolved.demand.promised.add(inside(region, focus, header));
   if (focus.falloff) resolved.demand.wished.add(near(region, focus, header));
 }

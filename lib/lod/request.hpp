@@ -24,7 +24,11 @@ struct ResolvedRequest {
   /// What Extraction::limited_by says of a mesh that has all that is demanded.
   LimitedBy when_met = LimitedBy::kNothing;
   // The parts of the mesh whose errors are stated by themselves.
-  std::vector<Region> focus;
+  struct FocusRegion {
+    Region region;
+    bool is_original; ///< no error is allowed in it
+  };
+  std::vector<FocusRegion> focus;
   Intervals values;
   std::optional<Camera> camera;
   bool origins = false;

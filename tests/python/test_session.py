@@ -227,8 +227,41 @@ class Session(unittest.TestCase):
         with self.assertRaisesRegex(ptet.ArgumentError, "called"):
             session.update(error="5%", progress=3)
         self.check_same(session, data.extract(error="20%"))
+        with self.assertRaises(ptet.ArgumentError):
+            session.update(error="5%", progress=lambda *_: data.extract(error=-1))
         self.assertTrue(session.update(error="5%", progress=lambda *_: None).renumbered)
         self.check_same(session, data.extract(error="5%"))
+
+    def test_what_is_raised_amid_an_update_is_told_by_the_next(self):
+        """Of a progress too, whatever it raises."""
+        data = ptet.open(built())
+        session = data.session()
+        session.update(error="30%")
+        held = session.tets.copy()
+        core, calls = session._core, []
+
+        class Slowly:
+            def __getattr__(self, name):
+                return getattr(core, name)
+
+            def update(self, request, progress):
+                step = core.update(request, progress)
+                step["limited_by"] = "time"  # as after a slice
+                return step
+
+        def third(*_):
+            calls.append(1)
+            if len(calls) == 3:
+                raise ptet.ArgumentError("of its own")
+
+        session._core = Slowly()
+        with self.assertRaisesRegex(ptet.ArgumentError, "of its own"):
+            session.update(error="1%", progress=third)
+        session._core = core
+        update = session.update(error="3%")
+        self.assertTrue(update.renumbered)
+        np.testing.assert_array_equal(carried_on(held, update, session), session.tets)
+        self.check_same(session, data.extract(error="3%"))
 
     def test_one_thread_at_a_time(self):
         class Slow:

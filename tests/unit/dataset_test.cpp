@@ -364,6 +364,7 @@ TEST_CASE("dataset: a focus box may reach as far as numbers go") {
     CHECK(cut.mesh.tets == dataset()->extract(request).mesh.tets);
     CHECK(cut.mesh.tets.size() < info.tets);
     CHECK(cut.in_focus[0].field_error[0] == 0);
+    CHECK(cut.in_focus[0].domain_error == 0);
     CHECK(cut.limited_by == LimitedBy::kFocus);
   }
 }

@@ -36,7 +36,7 @@ class View(unittest.TestCase):
         return result
 
     def test_picture_without_a_display(self):
-        result = run(EXAMPLE, "--show", "cells", "--size", "320x240", "--error", "0", "--screenshot", self.picture)
+        result = run(EXAMPLE, "--show", "cells", "--plane", "+y", "--size", "320x240", "--error", "0", "--screenshot", self.picture)
         self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
         with open(self.picture, "rb") as file:
             head = file.read(24)
@@ -49,6 +49,13 @@ class View(unittest.TestCase):
                      "--screenshot", self.picture)
         self.assertEqual((result.returncode, result.stdout), (0, ""))
         self.assertIn("there is no isosurface", result.stderr)
+
+    def test_a_plane_beside_the_mesh_is_said(self):
+        for show, says in (("slice", "there is no slice"), ("cells", "no cell has its centre behind")):
+            result = run(EXAMPLE, "--show", show, "--plane", "y:-1e30" if show == "slice" else "+y:-1e30", "--size",
+                         "64x64", "--screenshot", self.picture)
+            self.assertEqual((result.returncode, result.stdout), (0, ""))
+            self.assertIn(says, result.stderr)
 
     def test_no_display(self):
         self.refused(6, EXAMPLE, says="no display")

@@ -185,7 +185,8 @@ std::string output_of(const Arguments& arguments) {
   const std::string path = arguments.output.value_or(std::filesystem::path(arguments.input).stem().string() + ".ptet");
   std::string target = checked_output("-o", path, arguments.input);
   refuse_piece("-o", target, arguments.input);
-  static constexpr std::array kOfMeshes = {".vtu", ".pvtu", ".vtk", ".ex2", ".exo", ".obj", ".ply", ".stl", ".off"};
+  static constexpr std::array kOfMeshes = {".vtu", ".pvtu", ".vtk", ".e",   ".g",   ".ex2",
+                                           ".exo", ".exii", ".obj", ".ply", ".stl", ".off"};
   const std::string ending = ending_of(target);
   if (!arguments.force && std::find(kOfMeshes.begin(), kOfMeshes.end(), ending) != kOfMeshes.end()) {
     throw Error(ErrorCode::kBadArgument,
@@ -262,6 +263,7 @@ void run(const Arguments& arguments) {
   const ProgressCallback callback = ranks.watching(progress.callback());
   progress.stage("reading");
   TetMesh mesh = read_mesh(arguments.input, &outcome.read, callback, wishes.options.memory_limit);
+  note_values_of_cells(mesh, outcome.read);
   outcome.input_bytes = bytes_of(arguments.input, outcome.read);
   BuildOptions options = wishes.options;
   options.checkpoint.path = checkpoint;

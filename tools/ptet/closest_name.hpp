@@ -7,7 +7,7 @@
 namespace ptet::cli {
 
 /// That of `names` which the fewest letters make of `given`, put in, left out, changed, or two exchanged: the first of
-/// several, "" where none takes less than one for three of its letters.
+/// several, "" where each takes more than one for three of its letters.
 [[nodiscard]] std::string closest_name(const std::string& given, const std::vector<std::string>& names);
 
 } // namespace ptet::cli

@@ -63,6 +63,11 @@ std::uint64_t size_of_file(const std::string& path) {
   return status ? 0 : size;
 }
 
+void note_values_of_cells(const TetMesh& mesh, ReadReport& read) {
+  if (mesh.point_arrays.empty() && !read.cell_arrays.empty())
+    read.notes.push_back(std::string("only cells have values: ") + kCellsToPoints);
+}
+
 std::uint64_t bytes_of(const std::string& path, const ReadReport& read) {
   std::uint64_t bytes = size_of_file(path);
   for (const std::string& piece : read.more_files)

@@ -21,6 +21,9 @@ namespace ptet::cli {
 /// 0 when the size cannot be had.
 [[nodiscard]] std::uint64_t size_of_file(const std::string& path);
 
+/// Notes what to do where only cells have values, of a mesh that is, or is to be, built from.
+void note_values_of_cells(const TetMesh& mesh, ReadReport& read);
+
 /// Of a file that was read, and of the pieces that it names.
 [[nodiscard]] std::uint64_t bytes_of(const std::string& path, const ReadReport& read);
 

@@ -144,6 +144,7 @@ void run_mesh(const Arguments& arguments) {
   progress.stage("reading");
   ReadReport read;
   const TetMesh mesh = read_mesh(arguments.input, &read, progress.callback());
+  note_values_of_cells(mesh, read);
   progress.stage("examining");
   const MeshReport report = report_on(mesh, build::Threads(0).run([&] { return examine(mesh, progress.callback()); }));
   progress.erase();

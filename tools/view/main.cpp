@@ -152,9 +152,10 @@ void make_picture(const ViewArguments& arguments, const view::Look& look) {
     viewer.finish();
     if (settings.show == view::Show::kIsosurface && viewer.frame().polygons.count() == 0)
       std::cerr << "ptet: note: there is no isosurface: nothing of the mesh has the value of --isovalue\n";
-    const bool has_plane = settings.show == view::Show::kSlice || settings.show == view::Show::kCells;
-    if (has_plane && viewer.frame().polygons.count() == 0)
-      std::cerr << "ptet: note: nothing is drawn: the whole mesh lies on one side of --plane\n";
+    if (settings.show == view::Show::kSlice && viewer.frame().polygons.count() == 0)
+      std::cerr << "ptet: note: there is no slice: nothing of the mesh is at --plane\n";
+    if (settings.show == view::Show::kCells && viewer.frame().polygons.count() == 0)
+      std::cerr << "ptet: note: nothing is drawn: no cell has its centre behind --plane\n";
     for (const view::Frame* frame : {&viewer.frame(), viewer.original_frame()})
       if (frame != nullptr && !frame->failure.empty())
         throw Error(frame->failure_code, "the picture cannot be had in full: " + frame->failure);

@@ -30,7 +30,7 @@ void ShownMesh::set_row(Column& column, std::span<const PointArray> arrays, std:
   column.values[row] = value;
   if (std::isfinite(value))
     column.range.widen(value);
-  else
+  else if (std::isnan(value))
     column.range.has_gaps = true;
 }
 

@@ -17,7 +17,7 @@ namespace ptet::view {
 struct Range {
   double least = std::numeric_limits<double>::infinity();
   double most = -std::numeric_limits<double>::infinity();
-  bool has_gaps = false; ///< there are values that are not finite, besides
+  bool has_gaps = false; ///< there are NaN besides
 
   void widen(double x) {
     if (x < least) least = x;

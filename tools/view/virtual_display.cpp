@@ -36,7 +36,14 @@ std::string line_from(int pipe) {
 
 // The connection is kept: a server whose last client has gone starts anew, and is away for a moment.
 bool has_display() {
-  static Display* const display = XOpenDisplay(nullptr);
+  static Display* display = nullptr;
+  static std::string answers;
+  const char* const name = std::getenv("DISPLAY");
+  if (name == nullptr) return false;
+  if (display == nullptr || answers != name) {
+    display = XOpenDisplay(name);
+    answers = name;
+  }
   return display != nullptr;
 }
 
@@ -86,7 +93,10 @@ VirtualDisplay::~VirtualDisplay() {
 }
 
 void VirtualDisplay::stop() {
-  if (connection_ != nullptr) XCloseDisplay(std::exchange(connection_, nullptr));
+  if (connection_ != nullptr) {
+    XCloseDisplay(std::exchange(connection_, nullptr));
+    unsetenv("DISPLAY");
+  }
   if (server_ <= 0) return;
   kill(server_, SIGTERM);
   int status = 0;

@@ -226,9 +226,9 @@ ptet_status ptet_request_set_max_milliseconds(ptet_request* request, double mill
 /* Bytes of the answer: positions, fields, tets (16 each) and boundary faces (12 each). */
 ptet_status ptet_request_set_max_bytes(ptet_request* request, uint64_t bytes, ptet_error** error);
 
-/* Focus regions: no tet that meets one has a larger error than the focus error. That is 0 at first: the tets there are
- * original ones. Regions are numbered from 0 in the order in which they are added. `min`, `max`, `centre`, `normal`:
- * three numbers each, mesh units. */
+/* Focus regions: no tet or face that meets one has a larger error than the focus error, and no point of the original's
+ * boundary in it is further from the mesh. That is 0 at first: the tets there are original ones. Regions are numbered
+ * from 0 in the order in which they are added. `min`, `max`, `centre`, `normal`: three numbers each, mesh units. */
 ptet_status ptet_request_add_focus_box(ptet_request* request, const double* min, const double* max, ptet_error** error);
 /* `half_axes`: three times three numbers, from the centre to the middle of a side; mutually perpendicular. */
 ptet_status ptet_request_add_focus_oriented_box(ptet_request* request, const double* centre, const double* half_axes,
@@ -384,7 +384,8 @@ ptet_status ptet_dataset_get_origin_values(const ptet_dataset* dataset, const ui
 double ptet_extraction_field_error(const ptet_extraction* extraction, uint32_t field);
 /* The same among the tets and boundary faces of a part of the mesh that the request names: what meets its focus region
  * `number`; what may take its values of interest `number`, widened by their own error; what meets the picture of its
- * view (`number` 0). NaN where the request had no such part, or the field does not govern. */
+ * view (`number` 0); with the faces that may stand for a part of the original there. NaN where the request had no such
+ * part, or the field does not govern. */
 typedef int32_t ptet_part;
 enum { PTET_PART_FOCUS = 0, PTET_PART_VALUES = 1, PTET_PART_VIEW = 2 };
 double ptet_extraction_part_field_error(const ptet_extraction* extraction, ptet_part part, uint32_t number,

@@ -73,14 +73,17 @@ public:
   ///
   /// Returns what changed; valid until the next update.
   /// Throws what extract throws, and Error(kBadArgument) for Request::input_order. A request that is refused
-  /// (kBadArgument) leaves the mesh as it was, and so does one that is cancelled (kCancelled), unless it had to start
-  /// over; what it has read is there for the next one. Whatever else is thrown, as for want of memory, leaves slots
-  /// that must not be used before the next update, which starts over. `progress` is called first and then as by
-  /// extract: while blocks are read or waited for, not while the mesh changes, which Request::max_milliseconds bounds.
-  /// It must not use the session; asking the dataset for more there may throw kBadArgument. Cost: proportional to what
-  /// differs from the last request, and to the records of blocks of which the request wants some and not others; where
-  /// a budget of size ends before them these are not looked at. Allocates memory only to read, where the mesh grows
-  /// beyond what it ever was, where it is renumbered, and where origins are asked for first.
+  /// (kBadArgument, before `progress` is asked) leaves the mesh as it was. So does one that is cancelled (kCancelled),
+  /// unless the session had to start over; what it has read is there for the next one. Whatever else is thrown, as for
+  /// want of memory or by `progress` itself, leaves slots that must not be used before the next update, which starts
+  /// over.
+  /// `progress` is called first and then as by extract: while blocks are read or waited for, not while the mesh
+  /// changes, which Request::max_milliseconds bounds. It must not use the session; asking the dataset for more there
+  /// may throw kBadArgument.
+  /// Cost: proportional to what differs from the last request, and to the records of blocks of which the request wants
+  /// some and not others; where a budget of size ends before them these are not looked at.
+  /// Allocates memory only to read, where the mesh grows beyond what it ever was, where it is renumbered, and where
+  /// origins are asked for first.
   const SessionUpdate& update(const Request& request, const ProgressCallback& progress = {});
 
   // The mesh by slots, valid until the next update. In unused slots all corners are kUnused, vertices and records none.

@@ -69,9 +69,10 @@ class Extraction:
         covered: so much of the original's volume the mesh covers at least, from 0 to 1; None when the build did not
             measure it. No bound where the original overlaps itself.
         domain_error: largest distance between the mesh's boundary and the original one, either way, mesh units.
-        in_focus: PartErrors of what meets each focus region.
-        at_values: PartErrors of what may take each of the values of interest.
-        in_view: PartErrors of what the view sees; None without a view.
+        in_focus: PartErrors of what meets each focus region, with the boundary faces that may stand for a part of the
+            original there.
+        at_values: PartErrors of what may take each of the values of interest, with such faces.
+        in_view: PartErrors of what the view sees, with such faces; None without a view.
         pixels_in_view: largest domain error in the picture, pixels; 0 without a view.
         limited_by: what kept the mesh from being finer: "nothing" (it is the original), "error", "focus", "budget",
             "time", "loading", "memory", "unreadable".

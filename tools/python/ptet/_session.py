@@ -138,8 +138,8 @@ class Session:
         """Makes the mesh that answers the request; arguments as of Dataset.extract. With `origins` there is `made_by`
         until the next update without, kept up like the tets. What does not fit Budget.milliseconds is left to the next
         update. Blocks that cannot be had do not raise here: `complete`, `limited_by` and `failures` tell.
-        `progress` is called as of `build`, first and while blocks are read or waited for; returning False, not 0 or
-        None, raises Cancelled.
+        `progress` is called as of `build`: first, four times a second, and while blocks are read or waited for;
+        returning False, not 0 or None, raises Cancelled.
 
         Raises:
             ArgumentError; the mesh is then as it was. Error: another thread updates. After Cancelled, and
@@ -156,7 +156,7 @@ class Session:
             try:
                 summary = self._summary(self._in_slices(request, progress))
             except ArgumentError:
-                self._is_behind = False
+                self._is_behind = progress is not None  # which may have raised it, after some slices
                 raise
             self._is_behind = self._is_untold = False
             return summary
