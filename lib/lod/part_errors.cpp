@@ -135,8 +135,10 @@ void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const Resolve
     return is_ghost(version.tet) ? domain_error(own[hierarchy.errors_per_record() - std::size_t{1}]) : 0;
   };
   const bool is_met = has_all_promised(cut);
-  for (const auto& [region, is_original] : request.focus) {
-    const bool stands_for_more = !(is_original && is_met); // else nothing of the original in it is outside of the mesh
+  for (const ResolvedRequest::FocusRegion& focus : request.focus) {
+    const Region& region = focus.region;
+    const bool stands_for_more =
+        !(focus.is_original && is_met); // else nothing of the original in it is outside of the mesh
     result.in_focus.push_back(state(
         [&](const MadeVersion& version, const ErrorCode16* own) {
           const Corners corners(hierarchy, version.tet);
