@@ -22,6 +22,7 @@
 
 #include <catch2/catch.hpp>
 #include <sys/resource.h>
+#include <vtkCamera.h>
 #include <vtkCommand.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -345,6 +346,21 @@ TEST_CASE("keys do what the table says") {
   CHECK(std::holds_alternative<Box>(*window->settings().focus));
   window.press("n");
   CHECK_FALSE(window->settings().focus);
+}
+
+TEST_CASE("a screen that is split has the mesh in either half, and stays as the user has turned it") {
+  Window window(settings_for(Show::kSurface));
+  vtkCamera& camera = *window->window().GetRenderers()->GetFirstRenderer()->GetActiveCamera();
+  const double whole = camera.GetDistance();
+  window.press("s");
+  CHECK(camera.GetDistance() > 1.2 * whole); // half as wide
+  window.press("s");
+  CHECK(camera.GetDistance() == Approx(whole));
+  camera.Azimuth(40);
+  window.press("s");
+  CHECK(camera.GetDistance() == Approx(whole));
+  window.press("r");
+  CHECK(camera.GetDistance() > 1.2 * whole);
 }
 
 TEST_CASE("the error slider is dragged") {

@@ -146,7 +146,18 @@ void Viewer::make_interactive() {
   show_focus_widget();
 }
 
+Point Viewer::eye() const {
+  Point at{};
+  camera_->GetPosition(at.data());
+  return at;
+}
+
 void Viewer::place_camera() {
+  find_place_of_camera();
+  placed_at_ = eye();
+}
+
+void Viewer::find_place_of_camera() {
   if (look_.camera) {
     const View& view = *look_.camera;
     const Point at = {view.eye[0] + view.direction[0], view.eye[1] + view.direction[1],
@@ -413,10 +424,13 @@ void Viewer::execute(Command command) {
   case Command::kFocusSphere: start_focus(command == Command::kFocusBox); break;
   case Command::kNoFocus: settings_.focus.reset(); break;
   case Command::kEdges: look_.edges = !look_.edges; break;
-  case Command::kSplit:
+  case Command::kSplit: {
+    const bool is_as_placed = eye() == placed_at_;
     look_.split = !look_.split;
     arrange_panels();
+    if (is_as_placed) place_camera(); // there is another room for it now
     break;
+  }
   case Command::kResetCamera: place_camera(); break;
   case Command::kPicture: keep_picture(); break;
   case Command::kHelp: overlay_.toggle_help(); break;

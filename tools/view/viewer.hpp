@@ -76,6 +76,8 @@ public:
 private:
   void make_interactive();
   void place_camera();
+  void find_place_of_camera();
+  [[nodiscard]] Point eye() const;
   void arrange_panels();
 
   void on_key();
@@ -111,6 +113,7 @@ private:
   vtkSmartPointer<vtkRenderer> left_, right_;
   vtkSmartPointer<vtkColorTransferFunction> colours_;
   vtkSmartPointer<vtkCamera> camera_;
+  Point placed_at_{}; ///< where the camera is if nobody has moved it
   Panel left_panel_, right_panel_;
   Overlay overlay_;
   vtkSmartPointer<vtkRenderWindowInteractor> interactor_;
