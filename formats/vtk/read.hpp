@@ -20,10 +20,6 @@ struct ReadReport {
   std::vector<std::string> notes;       ///< one sentence each: cells split or skipped, arrays renamed or not carried
 };
 
-/// What to do where values are wanted that only cells have.
-inline constexpr const char* kCellsToPoints =
-    "give them to the points first, as ParaView's 'Cell Data to Point Data' does (VTK's vtkCellDataToPointData)";
-
 /// Reads the mesh in `path`: VTU, PVTU, legacy VTK or Exodus, told apart by the contents and not by the ending.
 ///
 /// Returns every point of the file, used or not, in the file's order; every numeric point array; and the volume cells

@@ -26,24 +26,25 @@ struct StatedErrors {
 StatedErrors errors_of(const file::BlockInfo& block) {
   return {block.max_error.data(), block.max_own.back()};
 }
-bool any_exceeds(const StatedErrors& errors, const CodeLimits& limits) {
+bool fields_exceed(const StatedErrors& errors, const CodeLimits& limits) {
   for (std::size_t i = 0; i + 1 < limits.size(); ++i)
     if (errors.of_fields[i] > limits[i]) return true;
-  return errors.of_domain > limits.back();
+  return false;
+}
+bool any_exceeds(const StatedErrors& errors, const CodeLimits& limits) {
+  return fields_exceed(errors, limits) || errors.of_domain > limits.back();
 }
 
-// With limits: whether anything that is as near to the box as the domain error may be in the region.
-bool stands_for_some(const WantInside& want, const StatedErrors& errors, const Point& min, const Point& max) {
-  if (meets(want.region, min, max)) return true;
-  const double around = decode_error(errors.of_domain, want.domain_scale);
-  return !want.limits.empty() && around > 0 && distance(want.region, min, max) <= around;
+/// With limits. The box is that of the star, or of the block.
+bool may_exceed(const StatedErrors& errors, const WantInside& want, const Point& min, const Point& max) {
+  return any_exceeds(errors, want.limits) &&
+         meets(want.region, min, max, decode_error(errors.of_domain, want.domain_scale));
 }
 BlockDemand of_block(const WantInside& want, const file::BlockInfo& block) {
-  const StatedErrors errors = errors_of(block);
-  if (!want.limits.empty() && !any_exceeds(errors, want.limits)) return BlockDemand::kNone;
-  if (!stands_for_some(want, errors, block.box_min, block.box_max)) return BlockDemand::kNone;
-  return want.limits.empty() && contains(want.region, block.box_min, block.box_max) ? BlockDemand::kAll
-                                                                                    : BlockDemand::kSome;
+  if (!want.limits.empty())
+    return may_exceed(errors_of(block), want, block.box_min, block.box_max) ? BlockDemand::kSome : BlockDemand::kNone;
+  if (!meets(want.region, block.box_min, block.box_max)) return BlockDemand::kNone;
+  return contains(want.region, block.box_min, block.box_max) ? BlockDemand::kAll : BlockDemand::kSome;
 }
 
 // Written so that NaN, which 0 per distance makes of an infinite one, allows nothing.
@@ -72,8 +73,7 @@ bool may_exceed(const StatedErrors& errors, const WantBounded& want, const Place
   const bool is_seen = camera.meets(place, domain_error);
   const CodeLimits& limits = is_seen ? want.limits : want.limits_unseen;
   if (limits.empty()) return false;
-  for (std::size_t i = 0; i + 1 < limits.size(); ++i)
-    if (errors.of_fields[i] > limits[i]) return true;
+  if (fields_exceed(errors, limits)) return true;
   if (!has_face || errors.of_domain == 0) return false;
   const double allowed = is_seen ? camera.length_of(want.max_pixels, camera.depth(place))
                                  : camera.length_of(want.max_pixels_unseen, camera.eye_distance(place));
@@ -82,9 +82,8 @@ bool may_exceed(const StatedErrors& errors, const WantBounded& want, const Place
 /// The same wherever the version is: a quick "no" for most. Limits outside the picture are no lower than those in it.
 bool may_exceed_somewhere(const StatedErrors& errors, const WantBounded& want, bool has_face) {
   if (want.limits.empty()) return true;
-  for (std::size_t i = 0; i + 1 < want.limits.size(); ++i)
-    if (errors.of_fields[i] > want.limits[i]) return true;
-  return want.camera ? has_face && errors.of_domain != 0 : errors.of_domain > want.limits.back();
+  if (!want.camera) return any_exceeds(errors, want.limits);
+  return fields_exceed(errors, want.limits) || (has_face && errors.of_domain != 0);
 }
 BlockDemand of_block(const WantBounded& want, const file::BlockInfo& block) {
   if (want.is_plain()) return exceeds(block.max_error.data(), want.limits) ? BlockDemand::kSome : BlockDemand::kNone;
@@ -122,11 +121,9 @@ bool wants_record(const WantAll&, const Record&) {
 // In the region there must be no tet that the collapse made, and no tet that it consumed must be missing, which matters
 // where the boundary has moved. The box of the star is tested for all of them: that takes a fraction of the time of a
 // test of each tet, and puts out some 0.5% more tets, 5% at most.
-bool wants_record(const WantInside& want, const Record& record) { // with no limits, see WantsOfBlock::find
-  const StatedErrors errors = record.errors();
-  if (!want.limits.empty() && !any_exceeds(errors, want.limits)) return false;
+bool wants_record(const WantInside& want, const Record& record) { // with limits; without, see WantsOfBlock::find
   const auto [min, max] = record.hierarchy.star_box(record.id);
-  return stands_for_some(want, errors, min, max);
+  return may_exceed(record.errors(), want, min, max);
 }
 
 bool wants_record(const WantNear& want, const Record& record) {

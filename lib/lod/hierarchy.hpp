@@ -44,7 +44,6 @@ public:
   void close(BlockSet& set) const { loader_.close(set); }
   /// With memory to work in, which it keeps.
   void close(BlockSet& set, std::vector<std::uint32_t>& open) const { loader_.close(set, open); }
-  void load(BlockSet& closed, const void* asker = nullptr) { loader_.load(closed, nullptr, asker); }
 
   /// Hold it to look at what follows.
   [[nodiscard]] std::shared_lock<std::shared_mutex> lock() { return loader_.lock(); }

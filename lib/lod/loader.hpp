@@ -101,9 +101,9 @@ public:
   /// thread that loads in the background takes no heed of them. Throws Error(kBadArgument) in its owner's thread.
   class Turn {
   public:
-    explicit Turn(Loader& loader) : Turn(loader, std::nullopt, nullptr) {}
     /// Waits no longer than `until`. Throws Error(kCancelled).
-    Turn(Loader& loader, std::optional<std::chrono::steady_clock::time_point> until, Cancellation* cancellation);
+    explicit Turn(Loader& loader, std::optional<std::chrono::steady_clock::time_point> until = std::nullopt,
+                  Cancellation* cancellation = nullptr);
     ~Turn();
     Turn(const Turn&) = delete;
     Turn& operator=(const Turn&) = delete;

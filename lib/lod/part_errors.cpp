@@ -12,11 +12,13 @@ namespace {
 
 using Codes = std::vector<ErrorCode16>;
 
-const ErrorCode16* own_errors(const Hierarchy& hierarchy, const MadeVersion& version) {
-  return hierarchy.content().own.data() + version.maker.index() * std::size_t{hierarchy.errors_per_record()};
+/// Of the record that made it. `codes`: those of all records, own or monotone.
+const ErrorCode16* errors_of(const std::vector<ErrorCode16>& codes, const Hierarchy& hierarchy,
+                             const MadeVersion& version) {
+  return codes.data() + version.maker.index() * std::size_t{hierarchy.errors_per_record()};
 }
-const ErrorCode16* monotone_errors(const Hierarchy& hierarchy, const MadeVersion& version) {
-  return hierarchy.content().monotone.data() + version.maker.index() * std::size_t{hierarchy.errors_per_record()};
+const ErrorCode16* own_errors(const Hierarchy& hierarchy, const MadeVersion& version) {
+  return errors_of(hierarchy.content().own, hierarchy, version);
 }
 
 using Blocks = std::vector<const file::BlockInfo*>;
@@ -137,24 +139,21 @@ void state_part_errors(const Hierarchy& hierarchy, const Cut& cut, const Resolve
   const bool is_met = has_all_promised(cut);
   for (const ResolvedRequest::FocusRegion& focus : request.focus) {
     const Region& region = focus.region;
-    const bool stands_for_more =
-        !(focus.is_original && is_met); // else nothing of the original in it is outside of the mesh
+    // Else nothing of the original in it is outside of the mesh.
+    const bool stands_for_more = !(focus.is_original && is_met);
     result.in_focus.push_back(state(
         [&](const MadeVersion& version, const ErrorCode16* own) {
-          const Corners corners(hierarchy, version.tet);
-          const double near = stands_for_more ? around(version, own) : 0;
-          return meets(region, corners.points()) || (near > 0 && distance(region, corners.points()) <= near);
+          return meets(region, Corners(hierarchy, version.tet).points(), stands_for_more ? around(version, own) : 0);
         },
         [&](const Box& box, ErrorCode16 domain) {
-          return meets(region, box.min, box.max) ||
-                 (stands_for_more && distance(region, box.min, box.max) <= domain_error(domain));
+          return meets(region, box.min, box.max, stands_for_more ? domain_error(domain) : 0);
         }));
   }
   for (const Interval& interval : request.values)
     result.at_values.push_back(state(
         [&](const MadeVersion& version, const ErrorCode16* own) {
           return may_take(interval, hierarchy, version.tet,
-                          is_ghost(version.tet) ? monotone_errors(hierarchy, version) : own);
+                          is_ghost(version.tet) ? errors_of(hierarchy.content().monotone, hierarchy, version) : own);
         },
         [](const Box&, ErrorCode16) { return true; }));
   if (request.camera) {

@@ -287,12 +287,18 @@ bool holds(const HalfSpace& half_space, const Point& p) {
 
 } // namespace
 
-bool meets(const Region& region, std::span<const Point> corners) {
-  return std::visit([&](const auto& shape) { return !are_apart(shape, corners); }, region);
+bool meets(const Region& region, std::span<const Point> corners, double around) {
+  return std::visit([&](const auto& shape) { return !are_apart(shape, corners); }, region) ||
+         (around > 0 && distance(region, corners) <= around);
 }
 
-bool meets(const Region& region, const Point& min, const Point& max) {
-  return std::visit([&](const auto& shape) { return !are_apart(shape, Box{min, max}); }, region);
+bool meets(const Region& region, const Point& min, const Point& max, double around) {
+  return std::visit(
+             [&](const auto& shape) {
+               return !are_apart(shape, Box{min, max});
+             },
+             region) ||
+         (around > 0 && distance(region, min, max) <= around);
 }
 
 void find_meeting(const Region& region, std::span<const Box> boxes, std::span<char> found) {

@@ -10,10 +10,10 @@
 
 namespace ptet {
 
-/// `corners`: three or four points.
-[[nodiscard]] bool meets(const Region& region, std::span<const Point> corners);
+/// `corners`: three or four points; or anything no further than `around` from their hull.
+[[nodiscard]] bool meets(const Region& region, std::span<const Point> corners, double around = 0);
 /// The same for the closed box [min, max]. An oriented box that misses it at edges only is said to meet it.
-[[nodiscard]] bool meets(const Region& region, const Point& min, const Point& max);
+[[nodiscard]] bool meets(const Region& region, const Point& min, const Point& max, double around = 0);
 
 /// Sets found[i], as far as it is not, where boxes[i] meets the region.
 void find_meeting(const Region& region, std::span<const Box> boxes, std::span<char> found);

@@ -191,30 +191,6 @@ class Memory(Case):
                      says=["24576 tets", "is foreseen to take", "the limit is 40 MB"])
         self.assertEqual(self.files(), ["grid.vtu"])
 
-    def test_a_mesh_is_not_the_name_of_a_file_of_levels(self):
-        points, tets = meshes.grid(2)
-        meshes.vtu(self.folder / "fine.vtu", points, tets, meshes.wave(points))
-        self.refused(2, "build", "fine.vtu", "-o", "coarse.vtu", says=["coarse.vtu", ".ptet", "--force"])
-        self.assertEqual(self.files(), ["fine.vtu"])
-        self.ptet("build", "fine.vtu", "-o", "coarse.vtu", "--method", "QN", "--force")
-        self.assertIn("coarse.vtu", self.files())
-
-    def test_values_that_only_cells_have_are_asked_for_at_the_points(self):
-        points, tets = meshes.grid(2)
-        whole = pathlib.Path(meshes.vtu(self.folder / "points.vtu", points, tets, {"p": ("Float32", [0.5] * 27)}))
-        values = ('<CellData><DataArray type="Float32" Name="T" format="ascii">' + "1 " * len(tets) +
-                  "</DataArray></CellData>\n")
-        text = whole.read_text(encoding="ascii").replace("</PointData>\n", "</PointData>\n" + values)
-        (self.folder / "both.vtu").write_text(text, encoding="ascii")
-        before, after = text.split("<PointData>")[0], text.split("</PointData>")[1]
-        (self.folder / "cells.vtu").write_text(before + after, encoding="ascii")
-        self.refused(2, "build", "both.vtu", "--field", "T", says=["only cells", "'T'", "Cell Data to Point Data"])
-        self.refused(2, "build", "both.vtu", "--field", "U", says=["there is no point array 'U'", "'p'"])
-        said = "only cells have values: give them to the points first"
-        self.assertNotIn(said, self.ptet("build", "both.vtu").stdout)
-        self.assertIn(said, self.ptet("build", "cells.vtu").stdout)
-        self.assertIn("cell array 'T' is not carried", self.json("info", "both.vtu")["notes"])
-
     def test_a_limit_is_for_every_format(self):
         for name in ["vtk_42_all.vtk", "vtk_51_all.vtk", "meshio_42.vtk", "two_blocks.ex2", "two_pieces.pvtu",
                      "meshio_ascii.vtu", "meshio_lzma.vtu", "vtk_appended_base64_lz4.vtu"]:
@@ -241,6 +217,34 @@ class Memory(Case):
             file.write("\n".join(rows) + "\n")
         self.refused(5, "build", "hexes.vtk", "--memory-limit", str(8000 * (5 * 16 + 8 * 4) + 12 * len(points)),
                      says="reading 8,000 cells")
+
+
+class Asked(Case):
+    """What goes in and out, as the user names it."""
+
+    def test_a_mesh_is_not_the_name_of_a_file_of_levels(self):
+        points, tets = meshes.grid(2)
+        meshes.vtu(self.folder / "fine.vtu", points, tets, meshes.wave(points))
+        self.refused(2, "build", "fine.vtu", "-o", "coarse.vtu", says=["coarse.vtu", ".ptet", "--force"])
+        self.assertEqual(self.files(), ["fine.vtu"])
+        self.ptet("build", "fine.vtu", "-o", "coarse.vtu", "--method", "QN", "--force")
+        self.assertIn("coarse.vtu", self.files())
+
+    def test_values_that_only_cells_have_are_asked_for_at_the_points(self):
+        points, tets = meshes.grid(2)
+        whole = pathlib.Path(meshes.vtu(self.folder / "points.vtu", points, tets, {"p": ("Float32", [0.5] * 27)}))
+        values = ('<CellData><DataArray type="Float32" Name="T" format="ascii">' + "1 " * len(tets) +
+                  "</DataArray></CellData>\n")
+        text = whole.read_text(encoding="ascii").replace("</PointData>\n", "</PointData>\n" + values)
+        (self.folder / "both.vtu").write_text(text, encoding="ascii")
+        before, after = text.split("<PointData>")[0], text.split("</PointData>")[1]
+        (self.folder / "cells.vtu").write_text(before + after, encoding="ascii")
+        self.refused(2, "build", "both.vtu", "--field", "T", says=["only cells", "'T'", "Cell Data to Point Data"])
+        self.refused(2, "build", "both.vtu", "--field", "U", says=["there is no point array 'U'", "'p'"])
+        said = "only cells have values: give them to the points first"
+        self.assertNotIn(said, self.ptet("build", "both.vtu").stdout)
+        self.assertIn(said, self.ptet("build", "cells.vtu").stdout)
+        self.assertIn("cell array 'T' is not carried", self.json("info", "both.vtu")["notes"])
 
 
 class Methods(Case):

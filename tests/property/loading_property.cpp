@@ -575,7 +575,7 @@ TEST_CASE("loading that is cancelled leaves the blocks that were decoded, closed
     const bool is_whole = closed == BlockSet(s.blocks.size(), 1);
     if (!is_whole) CHECK(hierarchy.content().refinement.validate().empty()); // packed once it is
     all.assign(s.blocks.size(), 1);
-    hierarchy.load(all);
+    hierarchy.loader().load(all);
     CHECK(hierarchy.loader().holds(BlockSet(s.blocks.size(), 1)));
   }
   CHECK(counts.size() >= 3); // none, some, all

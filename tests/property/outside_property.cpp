@@ -24,6 +24,12 @@ constexpr double kPi = 3.14159265358979323846;
 struct Built {
   TetMesh original;
   std::shared_ptr<const Dataset> dataset;
+
+  [[nodiscard]] Extraction base() const {
+    Request coarsest;
+    coarsest.max_tets = 0;
+    return dataset->extract(coarsest);
+  }
 };
 Built build(TetMesh mesh, unsigned seed) {
   std::mt19937 random(seed);
@@ -45,10 +51,6 @@ Built build(TetMesh mesh, unsigned seed) {
   return {mesh, Dataset::open_memory(build_memory(mesh, options))};
 }
 
-Point position(const TetMesh& mesh, std::size_t v) {
-  return {mesh.positions.value(v, 0), mesh.positions.value(v, 1), mesh.positions.value(v, 2)};
-}
-
 /// The vertices on its boundary alone.
 std::set<std::uint32_t> on_boundary_of(const TetMesh& mesh) {
   std::set<std::uint32_t> all;
@@ -60,8 +62,8 @@ std::set<std::uint32_t> on_boundary_of(const TetMesh& mesh) {
 
 std::set<Point> places(const TetMesh& mesh) {
   std::set<Point> all;
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
-    all.insert(position(mesh, v));
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+    all.insert(mesh.position(VertexId(v)));
   return all;
 }
 
@@ -70,7 +72,7 @@ double distance_to_boundary(const Extraction& mesh, const Point& p) {
   for (const auto& face : mesh.boundary_faces) {
     std::array<Point, 3> corners;
     for (std::size_t i = 0; i < 3; ++i)
-      corners[i] = position(mesh.mesh, face[i].index());
+      corners[i] = mesh.mesh.position(face[i]);
     least = std::min(least, test::nearest_on_triangle(p, corners).distance);
   }
   return least;
@@ -84,21 +86,19 @@ TEST_CASE("outside: with no bounds, all that has a value of interest is the orig
     for (unsigned seed = 0; seed < 4; ++seed) {
       INFO(name << ", spikes " << seed);
       const Built built = build(mesh, seed);
-      Request coarsest;
-      coarsest.max_tets = 0;
-      const std::set<Point> in_base = places(built.dataset->extract(coarsest).mesh);
+      const std::set<Point> in_base = places(built.base().mesh);
       for (const double least : {0.05, 0.3, 0.6, 0.8, 0.95}) {
         Request request;
         request.values = {{"spikes", least, least + 0.04}};
         const Extraction cut = built.dataset->extract(request);
         const std::set<Point> there = places(cut.mesh);
         std::size_t lost = 0, wanted = 0;
-        for (std::size_t v = 0; v < built.original.vertex_count(); ++v) {
+        for (std::uint32_t v = 0; v < built.original.vertex_count(); ++v) {
           const double value = built.original.point_arrays[0].value(v, 0);
           if (value < least || value > least + 0.04) continue;
           ++wanted;
-          lost += there.count(position(built.original, v)) == 0 ? 1 : 0;
-          outside_of_base += in_base.count(position(built.original, v)) == 0 ? 1 : 0;
+          lost += there.count(built.original.position(VertexId(v))) == 0 ? 1 : 0;
+          outside_of_base += in_base.count(built.original.position(VertexId(v))) == 0 ? 1 : 0;
         }
         CHECK(lost == 0);
         CHECK((wanted == 0 || unmet_wishes(request, cut.mesh).values.empty()));
@@ -114,13 +114,11 @@ TEST_CASE("outside: what a picture would show of the original is as sharp as was
   for (const auto& [name, mesh] : test::sample_meshes(47)) {
     const Built built = build(mesh, 1);
     const DatasetInfo& info = built.dataset->info();
-    Request coarsest;
-    coarsest.max_tets = 0;
-    const Extraction base = built.dataset->extract(coarsest);
+    const Extraction base = built.base();
     std::mt19937 random(3);
     const auto uniform = [&] { return static_cast<double>(random() % 1000001) / 1e6; };
     for (const std::uint32_t v : on_boundary_of(built.original)) {
-      const Point at = position(built.original, v);
+      const Point at = built.original.position(VertexId(v));
       if (random() % 4 != 0 || distance_to_boundary(base, at) < 0.01 * info.diagonal) continue;
       Request request;
       View& view = request.view.emplace();
@@ -161,13 +159,11 @@ TEST_CASE("outside: a point of the original's boundary in a focus is as near to 
     for (unsigned seed = 0; seed < 2; ++seed) {
       const Built built = build(mesh, seed);
       const double diagonal = built.dataset->info().diagonal;
+      const Extraction base = built.base();
       Request request;
-      request.max_tets = 0;
-      const Extraction base = built.dataset->extract(request);
-      request.max_tets.reset();
       std::mt19937 random(seed);
       for (const std::uint32_t v : on_boundary_of(built.original)) {
-        const Point at = position(built.original, v);
+        const Point at = built.original.position(VertexId(v));
         const double off = distance_to_boundary(base, at);
         if (off < 0.001 * diagonal) continue;
         for (int i = 0; i < 6; ++i) {
@@ -200,10 +196,8 @@ TEST_CASE("outside: the original's boundary in a focus, and on the way from it, 
     const DatasetInfo& info = built.dataset->info();
     std::vector<Point> on_boundary;
     for (const std::uint32_t v : on_boundary_of(built.original))
-      on_boundary.push_back(position(built.original, v));
-    Request coarsest;
-    coarsest.max_tets = 0;
-    const Extraction base = built.dataset->extract(coarsest);
+      on_boundary.push_back(built.original.position(VertexId(v)));
+    const Extraction base = built.base();
     std::mt19937 random(5);
     const auto uniform = [&] { return static_cast<double>(random() % 1000001) / 1e6; };
     for (int i = 0; i < 40; ++i) {

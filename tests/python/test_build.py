@@ -197,7 +197,8 @@ class Build(unittest.TestCase):
     def test_options_that_are_refused(self):
         for options in [
             {"method": "best"}, {"predict": "x"}, {"evaluate": "x"}, {"objective": "x"}, {"govern": "nothing"},
-            {"govern": [3]}, {"govern": 5}, {"method": []}, {"max_domain_error": "two"}, {"max_domain_error": -1}, {"max_domain_error": float("nan")},
+            {"govern": [3]}, {"max_domain_error": "two"}, {"max_domain_error": -1}, {"max_domain_error": float("nan")},
+            {"govern": 5}, {"method": []},
             {"target_vertices": "x"}, {"target_vertices": -3}, {"target_vertices": "200%"}, {"target_vertices": 1.5},
             {"max_star": 3}, {"max_star": 1.5}, {"threads": -1}, {"threads": "all"}, {"round_fraction": 0},
             {"min_quality": float("nan")}, {"max_field_error": {"nothing": 1}}, {"max_field_error": {"t": -1}},

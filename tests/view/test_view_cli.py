@@ -36,7 +36,8 @@ class View(unittest.TestCase):
         return result
 
     def test_picture_without_a_display(self):
-        result = run(EXAMPLE, "--show", "cells", "--plane", "+y", "--size", "320x240", "--error", "0", "--screenshot", self.picture)
+        result = run(EXAMPLE, "--show", "cells", "--plane", "+y", "--size", "320x240", "--error", "0",
+                     "--screenshot", self.picture)
         self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
         with open(self.picture, "rb") as file:
             head = file.read(24)

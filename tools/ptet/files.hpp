@@ -21,7 +21,10 @@ namespace ptet::cli {
 /// 0 when the size cannot be had.
 [[nodiscard]] std::uint64_t size_of_file(const std::string& path);
 
-/// Notes what to do where only cells have values, of a mesh that is, or is to be, built from.
+/// What to do where values are wanted that only cells have.
+inline constexpr const char* kCellsToPoints =
+    "give them to the points first, as ParaView's 'Cell Data to Point Data' does (VTK's vtkCellDataToPointData)";
+/// Notes that where only cells have any.
 void note_values_of_cells(const TetMesh& mesh, ReadReport& read);
 
 /// Of a file that was read, and of the pieces that it names.
