@@ -237,10 +237,15 @@ void write_stl(const WholeFile& file, const TetMesh& mesh, Connected& connected)
 
 } // namespace
 
+bool is_surface_name(const std::string& path) {
+  static constexpr std::array kEndings = {".obj", ".ply", ".stl", ".off"};
+  return std::find(kEndings.begin(), kEndings.end(), ending_of(path)) != kEndings.end();
+}
+
 SurfaceLoss write_surface(const std::string& path, const TetMesh& mesh, Faces faces) {
-  const std::string ending = ending_of(path);
-  if (ending != ".obj" && ending != ".ply" && ending != ".stl" && ending != ".off")
+  if (!is_surface_name(path))
     throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a surface is written as .obj, .ply, .stl or .off");
+  const std::string ending = ending_of(path);
   const bool is_stl = ending == ".stl";
   check(path, mesh, faces, is_stl);
   Connected connected = connect(mesh, faces);

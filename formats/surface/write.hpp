@@ -20,6 +20,9 @@ struct SurfaceLoss {
   std::uint64_t degenerate_faces = 0; ///< that had an area, and have none as they were written
 };
 
+/// Whether the name ends as one that write_surface() takes: .obj, .ply, .stl or .off.
+[[nodiscard]] bool is_surface_name(const std::string& path);
+
 /// Writes `faces` (triangles of ids of `mesh`, outward oriented) to `path`; the format goes by the ending.
 ///
 /// Only the vertices that faces use are written, in the order of their ids. Where the surface is not a manifold (an

@@ -301,11 +301,16 @@ void write_legacy(const WholeFile& file, vtkUnstructuredGrid& grid, const vtkio:
 
 } // namespace
 
+bool is_mesh_name(const std::string& path) {
+  const std::string ending = ending_of(path);
+  return ending == ".vtu" || ending == ".vtk";
+}
+
 void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions& options,
                 const ProgressCallback& progress) {
-  const std::string ending = ending_of(path);
-  if (ending != ".vtu" && ending != ".vtk")
+  if (!is_mesh_name(path))
     throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a mesh is written as .vtu or .vtk");
+  const std::string ending = ending_of(path);
   if (ending == ".vtk" && options.encoding != Encoding::kRaw)
     throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": legacy VTK is written in binary only");
   check(path, mesh, options);

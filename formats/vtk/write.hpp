@@ -29,6 +29,9 @@ struct WriteOptions {
   std::vector<CellArray> cell_arrays;        ///< each of mesh.tets.size() values
 };
 
+/// Whether the name ends as one that write_mesh() takes: .vtu or .vtk.
+[[nodiscard]] bool is_mesh_name(const std::string& path);
+
 /// Writes `mesh` to `path`, a VTU for the ending .vtu and legacy VTK for .vtk, through a temporary file in the same
 /// folder that is synced and then renamed: under `path` there is the old file or the whole new one.
 ///

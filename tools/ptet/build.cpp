@@ -8,7 +8,9 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "formats/file_names.hpp"
+#include "formats/surface/write.hpp"
 #include "formats/vtk/read.hpp"
+#include "formats/vtk/write.hpp"
 #include "input_pieces.hpp"
 #include "mesh/governing.hpp"
 #include "ptet/dataset.hpp"
@@ -181,20 +183,24 @@ std::vector<std::string> governing_names(const TetMesh& mesh, const std::vector<
   return names;
 }
 
+/// Whether a mesh or a surface would have such a name, not a .ptet file.
+bool is_name_of_mesh(const std::string& path) {
+  static constexpr std::array kOnlyRead = {".pvtu", ".e", ".g", ".ex2", ".exo", ".exii"};
+  return is_mesh_name(path) || is_surface_name(path) ||
+         std::find(kOnlyRead.begin(), kOnlyRead.end(), ending_of(path)) != kOnlyRead.end();
+}
+
 std::string output_of(const Arguments& arguments) {
   const std::string path = arguments.output.value_or(std::filesystem::path(arguments.input).stem().string() + ".ptet");
   std::string target = checked_output("-o", path, arguments.input);
   refuse_piece("-o", target, arguments.input);
-  static constexpr std::array kOfMeshes = {".vtu", ".pvtu", ".vtk", ".e",   ".g",   ".ex2",
-                                           ".exo", ".exii", ".obj", ".ply", ".stl", ".off"};
-  const std::string ending = ending_of(target);
-  if (!arguments.force && std::find(kOfMeshes.begin(), kOfMeshes.end(), ending) != kOfMeshes.end()) {
+  if (!arguments.force && is_name_of_mesh(target)) {
     throw Error(ErrorCode::kBadArgument,
                 "-o '" + path +
                     "': this ending is a mesh's, and a .ptet file is written; give a name that ends in "
                     ".ptet, or --force");
   }
-  const bool meant = arguments.force || ending == ".ptet";
+  const bool meant = arguments.force || ending_of(target) == ".ptet";
   if (!meant && size_of_file(target) > 0 && !is_ptet_file(target)) {
     throw Error(ErrorCode::kBadArgument,
                 "'" + path + "' exists and is not a .ptet file; give another name with -o, or --force to replace it");

@@ -5,7 +5,6 @@
 #include "extract_notes.hpp"
 #include "extract_report.hpp"
 #include "files.hpp"
-#include "formats/file_names.hpp"
 #include "formats/surface/write.hpp"
 #include "formats/vtk/read.hpp"
 #include "formats/vtk/write.hpp"
@@ -13,7 +12,6 @@
 #include "ptet/dataset.hpp"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -61,10 +59,8 @@ enum class OutputKind { kNone, kVolume, kSurface };
 
 OutputKind kind_of(const std::optional<std::string>& path) {
   if (!path) return OutputKind::kNone;
-  const std::string ending = ending_of(*path);
-  if (ending == ".vtu" || ending == ".vtk") return OutputKind::kVolume;
-  static constexpr std::array kSurfaces = {".obj", ".ply", ".stl", ".off"};
-  if (std::find(kSurfaces.begin(), kSurfaces.end(), ending) != kSurfaces.end()) return OutputKind::kSurface;
+  if (is_mesh_name(*path)) return OutputKind::kVolume;
+  if (is_surface_name(*path)) return OutputKind::kSurface;
   throw Error(ErrorCode::kBadArgument, "-o '" + *path +
                                            "': the ending must be .vtu or .vtk (the volume), or .obj, .ply, "
                                            ".stl or .off (its boundary surface)");
