@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -12,10 +13,15 @@
 #include <set>
 #include <vector>
 
+#include <vtkDoubleArray.h>
 #include <vtkExodusIIReader.h>
+#include <vtkFloatArray.h>
 #include <vtkInformation.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkSmartPointer.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtk_exodusII.h>
@@ -210,9 +216,27 @@ void note_joined(vtkExodusIIReader& reader, int variables, ReadReport& report) {
                          ")");
 }
 
+/// Gives the floats back that VTK's reader made doubles of. An array with a value that no float has stays as it is.
+void narrow(vtkPoints& points, vtkPointData& arrays) {
+  const auto narrowed = [](vtkDataArray* from) -> vtkSmartPointer<vtkFloatArray> {
+    auto* const doubles = vtkDoubleArray::FastDownCast(from);
+    if (doubles == nullptr) return nullptr;
+    auto floats = vtkSmartPointer<vtkFloatArray>::New();
+    floats->DeepCopy(doubles); // names of components, too
+    const double* const first = doubles->GetPointer(0);
+    const bool same = std::equal(first, first + doubles->GetNumberOfValues(), floats->GetPointer(0),
+                                 [](double x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+    return same ? floats : nullptr;
+  };
+  if (const auto floats = narrowed(points.GetData())) points.SetData(floats);
+  for (int i = 0; i < arrays.GetNumberOfArrays(); ++i) // one of the same name takes the place of the old one
+    if (const auto floats = narrowed(arrays.GetArray(i))) arrays.AddArray(floats);
+}
+
 struct Contents {
   std::vector<ElementBlock> blocks; ///< in the order of the file
   int nodal_variables = 0;
+  bool are_floats = false; ///< its numbers
   AnnouncedMesh announced;
 };
 
@@ -256,8 +280,7 @@ Contents check_exodus(const Source& source, const Assembler& assembler) {
   contents.announced.point_bytes =
       static_cast<double>(sizes.num_nodes) * static_cast<double>(sizeof(double)) * (3 + contents.nodal_variables);
   note_parts(file, sizes, ids, source.report);
-  if (file_word_bytes == sizeof(float))
-    source.report.notes.emplace_back("its numbers are float32, and are read as float64 of the same values");
+  contents.are_floats = file_word_bytes == sizeof(float);
   if (ex_inquire_int(file, EX_INQ_TIME) > 0) {
     int globals = 0;
     if (ex_get_variable_param(file, EX_GLOBAL, &globals) == EX_NOERR && globals > 0)
@@ -317,6 +340,7 @@ void read_exodus(const Source& source, Assembler& assembler) {
       fail_at_nodes(block, assembler);
     if (points < 0) {
       points = grid->GetNumberOfPoints();
+      if (contents.are_floats && grid->GetPoints() != nullptr) narrow(*grid->GetPoints(), *grid->GetPointData());
       assembler.add_points(*grid);
     }
     if (grid->GetNumberOfPoints() != points) assembler.fail("blocks do not share their points");

@@ -428,6 +428,45 @@ TEST_CASE("an Exodus file without time steps has no values", "[vtk]") {
                    "nodal variables have no values: the file has no time steps") == 1);
 }
 
+TEST_CASE("numbers of an Exodus file are of its type", "[vtk]") {
+  ReadReport report;
+  const TetMesh doubles = read_mesh(fixture("two_blocks.ex2"));
+  const TetMesh floats = read_mesh(fixture("two_blocks_of_floats.ex2"), &report);
+  CHECK(floats.tets == doubles.tets);
+  CHECK(floats.positions.type == ScalarType::kFloat32);
+  REQUIRE(floats.point_arrays.size() == doubles.point_arrays.size());
+  const auto same = [](const PointArray& a, const PointArray& b) {
+    for (std::size_t i = 0; i < 8; ++i)
+      for (std::uint32_t c = 0; c < a.components; ++c)
+        if (a.value(i, c) != b.value(i, c)) return false;
+    return a.components == b.components;
+  };
+  CHECK(same(floats.positions, doubles.positions));
+  for (const PointArray& array : floats.point_arrays) {
+    INFO(array.name);
+    CHECK(array.type == ScalarType::kFloat32);
+    REQUIRE(doubles.find(array.name));
+    CHECK(same(array, *doubles.find(array.name)));
+  }
+
+  // A file that says so of doubles.
+  std::string bytes = read_bytes(fixture("two_blocks.ex2"));
+  const std::string name = "floating_point_word_size";
+  const std::size_t at = bytes.find(name) + name.size() + 8; // after its type and length
+  REQUIRE(bytes.substr(at, 4) == std::string("\0\0\0\x08", 4));
+  bytes[at + 3] = 4;
+  const std::size_t value = bytes.rfind(std::string("\x3f\xf0\0\0\0\0\0\0", 8)); // a 1 among the last values
+  REQUIRE(value != std::string::npos);
+  bytes[value + 7] = 1;
+  const TempFolder folder;
+  write_bytes(folder / "mesh.ex2", bytes);
+  const TetMesh mixed = read_mesh(folder / "mesh.ex2");
+  CHECK(mixed.positions.type == ScalarType::kFloat32);
+  CHECK(mixed.find("f")->type == ScalarType::kFloat32);
+  CHECK(mixed.find("v")->type == ScalarType::kFloat64);
+  CHECK(mixed.find("v")->value(7, 2) == 1 + 0x1p-52);
+}
+
 TEST_CASE("the blocks of an Exodus file come in its order, whatever their ids", "[vtk]") {
   const TetMesh ascending = read_mesh(fixture("two_blocks.ex2"));
   std::string bytes = read_bytes(fixture("two_blocks.ex2"));
