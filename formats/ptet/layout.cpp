@@ -59,12 +59,10 @@ ScalarType get_type(ByteReader& in, std::string_view name) {
   return static_cast<ScalarType>(type);
 }
 
-std::uint8_t get_digits(ByteReader& in, ScalarType type) {
-  const auto digits = in.get<std::uint8_t>("decimal digits");
-  if (digits != 0 && (!is_float(type) || digits > DecimalRanking::max_digits(type))) {
-    in.fail("a number of decimal digits is out of range");
-  }
-  return digits;
+Precision get_precision(ByteReader& in, ScalarType type) {
+  const auto precision = Precision::of_byte(type, in.get<std::uint8_t>("precision"));
+  if (!precision) in.fail("a precision is out of range");
+  return *precision;
 }
 
 void parse_base_array(ByteReader& in, std::size_t rows, PointArray& array, const std::string& name) {
@@ -140,7 +138,7 @@ FixedHeader parse_header(ByteReader& in) {
   fixed.records_per_block = in.get<std::uint16_t>("records_per_block");
   header.position_type = get_type(in, "position_type");
   for (int axis = 0; axis < 3; ++axis)
-    fixed.position_digits.push_back(get_digits(in, header.position_type));
+    fixed.position_precisions.push_back(get_precision(in, header.position_type));
   const auto flags = in.get<std::uint16_t>("flags");
   if ((flags & ~(kHasSquaredErrors | kOverlapsItself)) != 0) in.violate("a reserved flag is set");
   header.has_squared_errors = (flags & kHasSquaredErrors) != 0;
@@ -210,9 +208,9 @@ std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count) {
   return sections;
 }
 
-std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed) {
+std::vector<Precisions> parse_arrays(ByteReader& in, FixedHeader& fixed) {
   fixed.header.arrays.clear();
-  std::vector<DecimalDigits> digits{fixed.position_digits};
+  std::vector<Precisions> precisions{fixed.position_precisions};
   for (std::uint32_t i = 0; i < fixed.array_count; ++i) {
     ArrayInfo info;
     info.name = in.get_text(in.get_count("length of name", in.remaining()), "name");
@@ -224,13 +222,13 @@ std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed) {
     info.governing = governing != 0;
     info.range = get_finite(in, "range");
     if (info.range < 0) in.fail("range is negative");
-    auto& array_digits = digits.emplace_back();
+    auto& array_precisions = precisions.emplace_back();
     for (std::uint32_t c = 0; c < info.components; ++c)
-      array_digits.push_back(get_digits(in, info.type));
+      array_precisions.push_back(get_precision(in, info.type));
     fixed.header.arrays.push_back(std::move(info));
   }
   in.finish();
-  return digits;
+  return precisions;
 }
 
 std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, const Section& blocks) {

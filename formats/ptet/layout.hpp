@@ -62,7 +62,7 @@ struct FixedHeader {
   std::uint32_t array_count = 0;
   std::uint64_t version_count = 0;
   std::uint32_t records_per_block = 0;
-  DecimalDigits position_digits;
+  Precisions position_precisions;
 };
 
 /// A row of the block table, and what only the codec needs of it.
@@ -90,8 +90,8 @@ struct OtherParents {
 [[nodiscard]] FixedHeader parse_header(ByteReader& in);
 [[nodiscard]] Footer parse_footer(ByteReader& in);
 [[nodiscard]] std::vector<Section> parse_directory(ByteReader& in, std::uint32_t count);
-/// Sets header.arrays; returns the decimal digits of the positions and of these.
-[[nodiscard]] std::vector<DecimalDigits> parse_arrays(ByteReader& in, FixedHeader& fixed);
+/// Sets header.arrays; returns the precisions of the positions and of these.
+[[nodiscard]] std::vector<Precisions> parse_arrays(ByteReader& in, FixedHeader& fixed);
 [[nodiscard]] std::vector<TableRow> parse_table(ByteReader& in, const FixedHeader& fixed, const Section& blocks);
 [[nodiscard]] Manifest parse_manifest(ByteReader& in);
 /// The base mesh into the first rows of `positions` and `arrays`; returns the tets.
@@ -108,7 +108,7 @@ struct OtherParents {
 void put_header(ByteWriter& out, const FixedHeader& fixed);
 void put_footer(ByteWriter& out, const Footer& footer);
 void put_directory(ByteWriter& out, const std::vector<Section>& sections);
-void put_arrays(ByteWriter& out, const Header& header, const std::vector<DecimalDigits>& digits);
+void put_arrays(ByteWriter& out, const Header& header, const std::vector<Precisions>& precisions);
 /// The boxes of the rows are rounded outwards, and must lie in the header's.
 void put_table(ByteWriter& out, const Header& header, const std::vector<TableRow>& rows);
 void put_manifest(ByteWriter& out, const Manifest& manifest);

@@ -45,8 +45,8 @@ void put_header(ByteWriter& out, const FixedHeader& fixed) {
   out.put(fixed.version_count);
   out.put(static_cast<std::uint16_t>(fixed.records_per_block));
   out.put(static_cast<std::uint8_t>(header.position_type));
-  for (const std::uint8_t digits : fixed.position_digits)
-    out.put(digits);
+  for (const Precision& precision : fixed.position_precisions)
+    out.put(precision.byte());
   out.put(static_cast<std::uint16_t>((header.has_squared_errors ? kHasSquaredErrors : 0) |
                                      (header.overlaps_itself ? kOverlapsItself : 0)));
   put_box(out, header.box_min, header.box_max);
@@ -75,7 +75,7 @@ void put_directory(ByteWriter& out, const std::vector<Section>& sections) {
   }
 }
 
-void put_arrays(ByteWriter& out, const Header& header, const std::vector<DecimalDigits>& digits) {
+void put_arrays(ByteWriter& out, const Header& header, const std::vector<Precisions>& precisions) {
   for (std::size_t i = 0; i < header.arrays.size(); ++i) {
     const ArrayInfo& info = header.arrays[i];
     out.put_varint(info.name.size());
@@ -84,8 +84,8 @@ void put_arrays(ByteWriter& out, const Header& header, const std::vector<Decimal
     out.put_varint(info.components);
     out.put(static_cast<std::uint8_t>(info.governing ? 1 : 0));
     out.put(info.range);
-    for (const std::uint8_t d : digits[i + 1])
-      out.put(d);
+    for (const Precision& precision : precisions[i + 1])
+      out.put(precision.byte());
   }
 }
 

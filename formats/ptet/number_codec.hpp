@@ -3,8 +3,9 @@
 //
 //   unsigned   the length in bits by a tree of contexts, the two bits below the leading one by contexts, the rest as is
 //   signed     the magnitude, then the sign
-//   scalar     its rank among the values of its type, less that of the prediction; where a column holds decimal numbers
-//              (see DecimalRanking), the difference in units of the last place
+//   scalar     its rank among the values of its type, less that of the prediction; where a column has a precision of
+//   its
+//              own (see Precision), its rank among the values that have it
 //   code       of an error: its difference from what is expected
 #pragma once
 
@@ -103,6 +104,25 @@ std::uint64_t code_difference(Coder& coder, const Column& column, std::uint64_t 
   return is_negative ? 0 - coded : coded;
 }
 
+/// The rank of a scalar whose lowest `zero_bits` are 0, and not coded.
+template <class Coder>
+std::uint64_t code_rank(Coder& coder, const Column& column, unsigned zero_bits, double predicted, double spread,
+                        std::uint64_t rank, RecordId r) {
+  const std::uint64_t from = rank_of(column.type, predicted) >> zero_bits;
+  const std::uint64_t apart = (rank_of(column.type, predicted + spread) >> zero_bits) - from;
+  const unsigned unused = 64 - column.bits + zero_bits;
+  // The difference modulo 2^bits, its sign extended.
+  const auto difference =
+      static_cast<std::uint64_t>(static_cast<std::int64_t>(((rank >> zero_bits) - from) << unused) >> unused);
+  const auto apart_signed = static_cast<std::int64_t>(apart << unused) >> unused;
+  const std::uint64_t coded = code_difference(coder, column,
+                                              apart_signed < 0 ? 0 - static_cast<std::uint64_t>(apart_signed)
+                                                               : static_cast<std::uint64_t>(apart_signed),
+                                              difference, r);
+  const std::uint64_t result = ((from + coded) << unused) >> unused;
+  return zero_bits == 0 ? result : with_zeros(column.type, zero_bits, result);
+}
+
 /// A scalar by its rank, given a prediction and how far the numbers it was made from lie apart.
 template <class Coder>
 std::uint64_t code_scalar(Coder& coder, const Column& column, double predicted, double spread, std::uint64_t rank,
@@ -122,17 +142,13 @@ std::uint64_t code_scalar(Coder& coder, const Column& column, double predicted, 
       return *coded;
     }
   }
-  const std::uint64_t from = rank_of(column.type, predicted);
-  const std::uint64_t apart = rank_of(column.type, predicted + spread) - from;
-  const unsigned unused = 64 - column.bits;
-  // The difference modulo 2^bits, its sign extended.
-  const auto difference = static_cast<std::uint64_t>(static_cast<std::int64_t>((rank - from) << unused) >> unused);
-  const auto apart_signed = static_cast<std::int64_t>(apart << unused) >> unused;
-  const std::uint64_t coded = code_difference(coder, column,
-                                              apart_signed < 0 ? 0 - static_cast<std::uint64_t>(apart_signed)
-                                                               : static_cast<std::uint64_t>(apart_signed),
-                                              difference, r);
-  return ((from + coded) << unused) >> unused;
+  if (column.zero_bits != 0) {
+    bool has_zeros = false;
+    if constexpr (!kReads<Coder>) has_zeros = without_zeros(column.type, column.zero_bits, rank).has_value();
+    if (!coder.bit(column.escape, !has_zeros))
+      return code_rank(coder, column, column.zero_bits, predicted, spread, rank, r);
+  }
+  return code_rank(coder, column, 0, predicted, spread, rank, r);
 }
 
 /// A code by its difference from what is expected: Schema::kErrorContexts contexts.

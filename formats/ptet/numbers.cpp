@@ -66,20 +66,45 @@ std::optional<std::int64_t> DecimalRanking::exact(std::uint64_t wanted) const {
   return decimal;
 }
 
-unsigned find_decimal_digits(const PointArray& array, std::uint32_t component) {
+std::optional<Precision> Precision::of_byte(ScalarType type, std::uint8_t byte) {
+  if (byte == 0) return Precision{};
+  if (!is_float(type)) return std::nullopt;
+  if (byte <= DecimalRanking::max_digits(type)) return Precision{byte, 0};
+  if (byte <= kZeroBits || byte > kZeroBits + fraction_bits(type)) return std::nullopt;
+  return Precision{0, static_cast<std::uint8_t>(byte - kZeroBits)};
+}
+
+namespace {
+
+/// Whether all but a few of a component's values have what the test, which gets their ranks, finds.
+template <class Test>
+bool nearly_all(const PointArray& array, std::uint32_t component, const Test& test) {
+  const std::byte* at = array.bytes.data() + component * size_of(array.type);
+  std::size_t failed = 0;
+  const std::size_t allowed = array.size() / 50;
+  for (std::size_t row = 0; row < array.size() && failed <= allowed; ++row, at += array.row_bytes())
+    failed += test(load_rank(array.type, at)).has_value() ? 0 : 1;
+  return failed <= allowed;
+}
+
+} // namespace
+
+Precision find_precision(const PointArray& array, std::uint32_t component) {
   constexpr std::size_t kLeastValues = 16;
-  if (!is_float(array.type) || array.size() < kLeastValues) return 0;
+  constexpr double kBitsPerDigit = 3.3219;
+  if (!is_float(array.type) || array.size() < kLeastValues) return {};
+  unsigned zeros = fraction_bits(array.type);
+  while (zeros > 0 &&
+         !nearly_all(array, component, [&](std::uint64_t r) { return without_zeros(array.type, zeros, r); }))
+    --zeros;
+  const unsigned bits = fraction_bits(array.type) + 1 - zeros;
   for (unsigned digits = 1; digits <= DecimalRanking::max_digits(array.type); ++digits) {
+    if (zeros > 0 && kBitsPerDigit * digits > bits) break;
     const DecimalRanking ranking(array.type, digits);
-    std::size_t missed = 0;
-    const std::size_t allowed = array.size() / 50;
-    for (std::size_t row = 0; row < array.size() && missed <= allowed; ++row) {
-      const std::byte* at = array.bytes.data() + row * array.row_bytes() + component * size_of(array.type);
-      missed += ranking.exact(load_rank(array.type, at)).has_value() ? 0 : 1;
-    }
-    if (missed <= allowed) return digits;
+    if (nearly_all(array, component, [&](std::uint64_t r) { return ranking.exact(r); }))
+      return {static_cast<std::uint8_t>(digits), 0};
   }
-  return 0;
+  return {0, static_cast<std::uint8_t>(zeros)};
 }
 
 } // namespace ptet::file

@@ -7,7 +7,8 @@
 //   unsigned integers  as they are
 //
 // Arrays whose values are decimal numbers of few significant digits (most text formats leave such arrays) have a
-// second, much shorter ranking: of all decimals of s digits. Predictions are doubles; only + - * / are used, so every
+// second, much shorter ranking: of all decimals of s digits. So have floats the lowest bits of which are 0, as those of
+// doubles that were made of floats: without these bits. Predictions are doubles; only + - * / are used, so every
 // machine predicts the same.
 #pragma once
 
@@ -23,6 +24,7 @@
 #include <limits>
 #include <optional>
 #include <type_traits>
+#include <vector>
 
 namespace ptet::file {
 
@@ -119,8 +121,47 @@ private:
   std::array<double, 2 * kMaxExponent + 1> beyond_;
 };
 
-/// The least number of significant digits that represents at least 98% of a component's values exactly; 0 when none
-/// does or fewer than 16 values are given.
-[[nodiscard]] unsigned find_decimal_digits(const PointArray& array, std::uint32_t component);
+/// The bits of a float's fraction.
+[[nodiscard]] inline unsigned fraction_bits(ScalarType type) {
+  return type == ScalarType::kFloat32 ? 23 : 52;
+}
+
+/// The value rank of a float without the lowest bits of the fraction, which are 0: those of a rank are then all alike.
+[[nodiscard]] inline std::optional<std::uint64_t> without_zeros(ScalarType type, unsigned zero_bits,
+                                                                std::uint64_t value_rank) {
+  const std::uint64_t low = (std::uint64_t{1} << zero_bits) - 1;
+  const bool is_negative = (value_rank >> (bits_of(type) - 1) & 1) == 0;
+  if ((value_rank & low) != (is_negative ? low : 0)) return std::nullopt;
+  return value_rank >> zero_bits;
+}
+/// Back.
+[[nodiscard]] inline std::uint64_t with_zeros(ScalarType type, unsigned zero_bits, std::uint64_t rank) {
+  const bool is_negative = (rank >> (bits_of(type) - 1 - zero_bits) & 1) == 0;
+  return rank << zero_bits | (is_negative ? (std::uint64_t{1} << zero_bits) - 1 : 0);
+}
+
+/// How exact nearly all values of a component are; at most one of the two is not 0.
+struct Precision {
+  std::uint8_t decimal_digits = 0; ///< significant ones; 0: no decimal ranking
+  std::uint8_t zero_bits = 0;      ///< lowest ones of the fraction, all 0
+
+  /// As it stands in the file.
+  [[nodiscard]] std::uint8_t byte() const {
+    return zero_bits != 0 ? static_cast<std::uint8_t>(kZeroBits + zero_bits) : decimal_digits;
+  }
+  /// Nothing where no column of that type has it.
+  [[nodiscard]] static std::optional<Precision> of_byte(ScalarType type, std::uint8_t byte);
+
+  friend bool operator==(const Precision&, const Precision&) = default;
+
+private:
+  static constexpr std::uint8_t kZeroBits = 64;
+};
+/// Of each component of a number table.
+using Precisions = std::vector<Precision>;
+
+/// The one that takes the fewest bits and has at least 98% of a component's values exactly; none when there is none or
+/// fewer than 16 values are given.
+[[nodiscard]] Precision find_precision(const PointArray& array, std::uint32_t component);
 
 } // namespace ptet::file

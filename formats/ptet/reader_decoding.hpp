@@ -30,7 +30,7 @@ struct Reader::Decoding {
   std::uint64_t claimed = 0; ///< of Limits::max_bytes
   bool is_sound = true;      ///< no hash of what says how much there is was wrong
   FixedHeader fixed;
-  std::vector<DecimalDigits> digits;
+  std::vector<Precisions> precisions; ///< of the positions, then of each array
   /// What the table says that a block's bytes are, and make.
   struct Decoded {
     std::uint32_t version_count = 0;

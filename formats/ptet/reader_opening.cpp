@@ -196,9 +196,9 @@ void Reader::Opening::fetch_sections() {
 void Reader::Opening::read_arrays() {
   const auto bytes = content(SectionKind::kArrays);
   auto in = in_section(SectionKind::kArrays, bytes);
-  d_.digits = parse_arrays(in, d_.fixed);
+  d_.precisions = parse_arrays(in, d_.fixed);
   reader_.header_ = d_.fixed.header;
-  d_.schema.emplace(reader_.header_, d_.digits);
+  d_.schema.emplace(reader_.header_, d_.precisions);
 }
 
 void Reader::Opening::read_model() {

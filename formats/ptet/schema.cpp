@@ -11,9 +11,15 @@ constexpr std::uint64_t kMaxContexts = 1U << 22;
 /// Further components of an array share their contexts with the one in this place.
 constexpr std::size_t kLastSlot = 3;
 
+void set_precision(Column& column, Precision precision) {
+  column.decimals.reset();
+  if (precision.decimal_digits != 0) column.decimals.emplace(column.type, precision.decimal_digits);
+  column.zero_bits = precision.zero_bits;
+}
+
 } // namespace
 
-Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
+Schema::Schema(const Header& header, const std::vector<Precisions>& precisions) {
   std::uint64_t count = 0;
   const auto take = [&](std::uint64_t contexts) {
     const std::uint64_t first = count;
@@ -21,12 +27,12 @@ Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
     if (count > kMaxContexts) throw Error(ErrorCode::kLimit, "the point arrays have too many components");
     return static_cast<std::uint32_t>(first);
   };
-  const auto column = [&](ScalarType type, unsigned decimal_digits) {
+  const auto column = [&](ScalarType type, Precision precision) {
     Column result;
     result.type = type;
     result.bits = bits_of(type);
     result.length_levels = result.bits > 32 ? 7 : 6;
-    if (decimal_digits != 0) result.decimals.emplace(type, decimal_digits);
+    set_precision(result, precision);
     const unsigned bits = result.bits > 32 ? 64 : 32;
     result.escape = take(1);
     result.sign = take(1);
@@ -44,17 +50,16 @@ Schema::Schema(const Header& header, const std::vector<DecimalDigits>& digits) {
   growth = take(kGrowthContexts);
   same = take(std::uint64_t{3} * 4 * 4 * 4);
   for (std::size_t axis = 0; axis < 3; ++axis)
-    position[axis] = column(header.position_type, digits[0][axis]);
+    position[axis] = column(header.position_type, precisions[0][axis]);
   for (std::size_t a = 0; a < header.arrays.size(); ++a) {
     const ArrayInfo& info = header.arrays[a];
     auto& columns = arrays.emplace_back();
     for (std::size_t c = 0; c < info.components; ++c) {
       if (c <= kLastSlot) {
-        columns.push_back(column(info.type, digits[a + 1][c]));
+        columns.push_back(column(info.type, precisions[a + 1][c]));
       } else {
         columns.push_back(columns[kLastSlot]);
-        columns.back().decimals.reset();
-        if (digits[a + 1][c] != 0) columns.back().decimals.emplace(info.type, digits[a + 1][c]);
+        set_precision(columns.back(), precisions[a + 1][c]);
       }
     }
     if (info.governing) {

@@ -24,14 +24,12 @@ inline constexpr double kMaxSquaredErrorSum = 0x1p68;
 /// What a zstd frame may expand to, by its size.
 inline constexpr std::uint32_t kMaxExpansion = 1024;
 
-/// Significant decimal digits of each component of a number table; 0: no decimal ranking.
-using DecimalDigits = std::vector<std::uint8_t>;
-
 /// One scalar column: a component of the positions or of an array.
 struct Column {
   ScalarType type = ScalarType::kFloat32;
   unsigned bits = 32;
   std::optional<DecimalRanking> decimals;
+  unsigned zero_bits = 0; ///< see Precision
   // First contexts.
   std::uint32_t escape = 0;
   std::uint32_t sign = 0;
@@ -42,8 +40,8 @@ struct Column {
 
 class Schema {
 public:
-  /// `digits`: of the positions, then of each array. Throws Error(kLimit) when the contexts are too many.
-  Schema(const Header& header, const std::vector<DecimalDigits>& digits);
+  /// `precisions`: of the positions, then of each array. Throws Error(kLimit) when the contexts are too many.
+  Schema(const Header& header, const std::vector<Precisions>& precisions);
 
   [[nodiscard]] std::uint32_t context_count() const { return context_count_; }
   /// Those of seeds, which are the first.

@@ -76,7 +76,7 @@ private:
   std::vector<std::uint32_t> file_record_; ///< by stream record
   std::vector<std::uint32_t> block_of_;    ///< by file record
   FixedHeader fixed_;
-  std::vector<DecimalDigits> digits_;
+  std::vector<Precisions> precisions_;
   std::optional<Schema> schema_;
   PointArray positions_;
   std::vector<PointArray> arrays_;
@@ -133,17 +133,16 @@ void Encoding::describe() {
   header.overlaps_itself = records_.overlaps_itself;
   header.box_min = order_.box.low;
   header.box_max = order_.box.high;
-  const auto digits_of = [](const PointArray& array) {
-    DecimalDigits digits;
-    for (std::uint32_t c = 0; c < array.components; ++c) {
-      digits.push_back(static_cast<std::uint8_t>(find_decimal_digits(array, c)));
-    }
-    return digits;
+  const auto precisions_of = [](const PointArray& array) {
+    Precisions precisions;
+    for (std::uint32_t c = 0; c < array.components; ++c)
+      precisions.push_back(find_precision(array, c));
+    return precisions;
   };
-  digits_.push_back(digits_of(positions_));
+  precisions_.push_back(precisions_of(positions_));
   for (const PointArray& array : arrays_) {
     header.arrays.push_back({array.name, array.type, array.components, false, 0});
-    digits_.push_back(digits_of(array));
+    precisions_.push_back(precisions_of(array));
   }
   for (const GoverningField& field : records_.fields) {
     header.arrays[field.array].governing = true;
@@ -151,8 +150,8 @@ void Encoding::describe() {
   }
   fixed_.array_count = static_cast<std::uint32_t>(header.arrays.size());
   fixed_.records_per_block = kDefaultRecordsPerBlock;
-  fixed_.position_digits = digits_.front();
-  schema_.emplace(header, digits_);
+  fixed_.position_precisions = precisions_.front();
+  schema_.emplace(header, precisions_);
 }
 
 /// For each governing array its place among the fields of the stream, which may have them in another order.
@@ -499,7 +498,7 @@ std::vector<std::byte> Encoding::assemble(const Manifest& manifest) {
     file.put_bytes(stored);
   };
   ByteWriter arrays, base, table, manifest_bytes;
-  put_arrays(arrays, fixed_.header, digits_);
+  put_arrays(arrays, fixed_.header, precisions_);
   add(SectionKind::kArrays, arrays.bytes());
   const auto model = std::as_bytes(std::span(initial_));
   add(SectionKind::kModel, {model.begin(), model.end()});

@@ -87,7 +87,7 @@ BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
   file::Header header;
   header.position_type = mesh.positions.type;
   header.has_squared_errors = options.prediction == Prediction::kExact || options.evaluation == Evaluation::kExact;
-  std::vector<file::DecimalDigits> digits{file::DecimalDigits(3)};
+  std::vector<file::Precisions> precisions{file::Precisions(3)};
   const std::vector<std::uint32_t> by_default = governing_by_default(mesh.point_arrays);
   for (std::uint32_t i = 0; i < mesh.point_arrays.size(); ++i) {
     const PointArray& array = mesh.point_arrays[i];
@@ -100,9 +100,9 @@ BuildCounts count(const TetMesh& mesh, const BuildOptions& options) {
       counts.channels += array.components;
     }
     header.arrays.push_back({array.name, array.type, array.components, governs, 0});
-    digits.emplace_back(array.components);
+    precisions.emplace_back(array.components);
   }
-  counts.contexts = file::Schema(header, digits).context_count();
+  counts.contexts = file::Schema(header, precisions).context_count();
   return counts;
 }
 

@@ -64,7 +64,7 @@ def tiny():
 
 
 def fields():
-    """Every type, vectors, more than four components, decimal numbers, and values that are not finite."""
+    """Every type, vectors, more than four components, decimal numbers, floats whose lowest bits are 0, and values that are not finite."""
     points, tets = meshes.grid(4)
     number = range(len(points))
     wave = [math.sin(5 * x) * math.cos(4 * y) + z * z for x, y, z in points]
@@ -73,6 +73,8 @@ def fields():
         "flow": ("Float32", [tuple(single((y - z, math.sin(6 * x) + z, x * y))) for x, y, z in points]),
         "price": ("Float64", [round(10 * w, 2) for w in wave]),
         "stress": ("Float64", [tuple(w * (i + 1) + x**i for i in range(6)) for w, (x, _, _) in zip(wave, points)]),
+        "narrow": ("Float64", [1 / 3 if i == 50 else w if i % 2 else -w for i, w in zip(number, single(wave))]),
+        "coarse": ("Float32", [round(37 * w) / 64 for w in wave]),
         "holes": ("Float32", [float("nan") if i % 7 == 3 else float("inf") if i % 11 == 5 else -0.0 if i % 5 == 0
                               else w for i, w in zip(number, single(wave))]),
     }

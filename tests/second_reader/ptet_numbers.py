@@ -103,9 +103,10 @@ class RangeDecoder:
 class Column:
     """One axis, or one component of an array [Numbers]; `start` is its first context."""
 
-    def __init__(self, kind, digits, start):
+    def __init__(self, kind, precision, start):
         self.scalar, self.unsigned, self.float = "<" + "bBhHiIqQfd"[kind], "<" + "BBHHIIQQIQ"[kind], kind > 7
-        self.bytes, self.digits, self.low = struct.calcsize(self.scalar), digits, 10**max(digits - 1, 0)
+        self.digits, self.zeros = (precision, 0) if precision < 64 else (0, precision - 64)
+        self.bytes, self.low = struct.calcsize(self.scalar), 10**max(self.digits - 1, 0)
         self.mask, self.top, self.start = 256**self.bytes - 1, 256**self.bytes // 2, start
         most = (2 - 2.0**-23) * 2.0**127 if kind == 8 else (2 - 2.0**-52) * 2.0**1023
         self.limits = (-most, most) if self.float else (0, self.mask) if kind % 2 else (-self.top, self.top - 1)
@@ -146,9 +147,13 @@ class Column:
 
     def decode(self, coder, p, q):
         """scalar(column, p, q), as a rank."""
-        if self.digits == 0 or coder.bit(self.start):
-            origin, apart = self.rank(p), self.rank(p + q) - self.rank(p) & self.mask
-            return origin + self.difference(coder, min(apart, self.mask + 1 - apart)) & self.mask
+        escaped = self.digits + self.zeros > 0 and coder.bit(self.start)
+        if self.digits == 0 or escaped:
+            zeros = 0 if escaped else self.zeros
+            origin, size = self.rank(p) >> zeros, self.mask + 1 >> zeros
+            apart = ((self.rank(p + q) >> zeros) - origin) % size
+            rank = (origin + self.difference(coder, min(apart, size - apart))) % size << zeros
+            return rank | ((1 << zeros) - 1 if rank & self.top == 0 else 0)
         origin = self.decimal_rank(p)
         decimal = origin + self.difference(coder, abs(self.decimal_rank(p + q) - origin))
         decimal = (decimal + 2**63) % 2**64 - 2**63

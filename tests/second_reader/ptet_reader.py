@@ -33,7 +33,8 @@ minus = lambda a, b: (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 cross = lambda a, b: (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 dot = lambda a, b: a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 finite_box = lambda box: all(map(math.isfinite, box)) and all(0 <= box[i + 3] - box[i] < math.inf for i in range(3))
-known_type = lambda kind, digits: kind < 10 and max(digits) <= {8: 7, 9: 12}.get(kind, 0)
+known_type = lambda kind, precisions: kind < 10 and all(
+    p == 0 or kind > 7 and (p <= (7, 12)[kind - 8] or 64 < p <= 64 + (23, 52)[kind - 8]) for p in precisions)
 
 
 def expand(data, size):
@@ -83,7 +84,7 @@ class PtetFile:
     def read_header(self):
         require(len(self.data) >= 168 and self.data[:8] == b"\x89PTET\r\n\x1a", "magic")
         (version, reserved, self.base_vertices, self.base_tets, self.record_count, self.tet_count, self.block_count,
-         self.array_count, self.version_count, self.records_per_block, self.kind, self.digits, flags, *box,
+         self.array_count, self.version_count, self.records_per_block, self.kind, self.precisions, flags, *box,
          self.diagonal, self.volume, stated) = struct.unpack("<8IQHB3sH6d2dQ", self.data[8:128])
         self.squared, self.w = flags & 1, self.base_vertices + self.record_count
         require(version == 1 and stated == hash_of(self.data[:120]), "the version, or the hash of the header")
@@ -91,7 +92,7 @@ class PtetFile:
         require(self.w < 2**32 - 2 and self.record_count < 2**31 and self.array_count <= 1024
                 and 0 <= self.tet_count - self.base_tets <= self.version_count < 2**32 - 2
                 and 1 <= self.records_per_block <= 4096, "a count of the header")
-        require(known_type(self.kind, self.digits) and finite_box(box) and 0 <= self.diagonal < math.inf
+        require(known_type(self.kind, self.precisions) and finite_box(box) and 0 <= self.diagonal < math.inf
                 and 0 <= self.volume < math.inf and (self.volume or not self.squared), "a type or scale of the header")
 
         self.grid = [Grid(low, high) for low, high in zip(box[:3], box[3:])]
@@ -119,8 +120,8 @@ class PtetFile:
         self.arrays = []
         for _ in range(self.array_count):
             array = SimpleNamespace(name=data.text(), kind=data.get("B")[0], components=data.varint(1024))
-            array.governing, array.range, *array.digits = data.get(f"Bd{array.components}B")
-            require(array.digits and known_type(array.kind, array.digits) and array.governing < 2
+            array.governing, array.range, *array.precisions = data.get(f"Bd{array.components}B")
+            require(array.precisions and known_type(array.kind, array.precisions) and array.governing < 2
                     and 0 <= array.range < math.inf, "an array")
             self.arrays.append(array)
         require(not data.left, "bytes behind the arrays")
@@ -139,8 +140,8 @@ class PtetFile:
             at += count
             for array in [self, *self.arrays] if name == "columns" else []:
                 array.first_column = len(self.columns)
-                for i, digits in enumerate(array.digits):
-                    self.columns.append(Column(array.kind, digits, at if i < 4 else self.columns[-1].start))
+                for i, precision in enumerate(array.precisions):
+                    self.columns.append(Column(array.kind, precision, at if i < 4 else self.columns[-1].start))
                     at = max(at, self.columns[-1].end)
         require(len(self.sections["model"]) == at <= 2**22, "the size of the model")
         self.vertex_bytes = sum(column.bytes for column in self.columns)

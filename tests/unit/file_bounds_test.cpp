@@ -119,7 +119,7 @@ TEST_CASE("bounds of the header") {
   SECTION("types") {
     CHECK_THAT(with_header(50, std::uint8_t{10}), Contains("position_type is unknown"));
     for (std::size_t axis = 0; axis < 3; ++axis)
-      CHECK_THAT(with_header(51 + axis, std::uint8_t{8}), Contains("digits")); // of float32
+      CHECK_THAT(with_header(51 + axis, std::uint8_t{8}), Contains("precision")); // of float32
   }
 }
 

@@ -149,9 +149,53 @@ TEST_CASE("decimal arrays are recognised, others are not") {
     }
   };
   fill(1000);
-  CHECK(find_decimal_digits(array, 0) == 5);
+  CHECK(find_precision(array, 0) == Precision{5, 0});
   fill(1024.7);
-  CHECK(find_decimal_digits(array, 0) == 0);
+  CHECK(find_precision(array, 0) == Precision{});
+}
+
+TEST_CASE("floats whose lowest bits are 0 are recognised") {
+  PointArray array{"a", ScalarType::kFloat64, 2, {}};
+  array.resize(1000);
+  for (std::size_t i = 0; i < 1000; ++i) {
+    const auto a = static_cast<double>(static_cast<float>(std::sin(static_cast<double>(i)))), b = std::ldexp(i, -10);
+    store(array.bytes.data() + 16 * i, a);
+    store(array.bytes.data() + 16 * i + 8, b);
+  }
+  CHECK(find_precision(array, 0) == Precision{0, 52 - 23});
+  CHECK(find_precision(array, 1) == Precision{0, 52 - 9}); // 1 to 999, by a power of two: up to ten bits
+  for (std::size_t i = 0; i < 20; ++i)
+    store(array.bytes.data() + 16 * 7 * i, 1.0 / 3);
+  CHECK(find_precision(array, 0) == Precision{0, 52 - 23});
+  store(array.bytes.data() + 16, 1.0 / 3);
+  CHECK(find_precision(array, 0) == Precision{});
+
+  for (const ScalarType type : {ScalarType::kFloat32, ScalarType::kFloat64}) {
+    const unsigned most = type == ScalarType::kFloat32 ? 23 : 52;
+    for (const unsigned zeros : {1U, 13U, most})
+      for (const double value : {0.0, -0.0, 1.0, -1.0, 0.75, -1e300, HUGE_VAL, -HUGE_VAL, 1.0 / 3, -1.0 / 3}) {
+        const std::uint64_t rank = type == ScalarType::kFloat32 ? to_rank(static_cast<float>(value)) : to_rank(value);
+        const auto shorter = without_zeros(type, zeros, rank);
+        if (shorter) CHECK(with_zeros(type, zeros, *shorter) == rank);
+        if (std::abs(value) != 1.0 / 3 && std::abs(value) != 1e300 && (value != 0.75 || zeros < most))
+          CHECK(shorter.has_value());
+      }
+    CHECK(!without_zeros(type, most, to_rank(1.5)).has_value());
+  }
+}
+
+TEST_CASE("the byte of a precision") {
+  for (const ScalarType type : {ScalarType::kFloat32, ScalarType::kFloat64, ScalarType::kInt64}) {
+    const bool is_short = type == ScalarType::kFloat32;
+    for (unsigned byte = 0; byte < 256; ++byte) {
+      const auto precision = Precision::of_byte(type, static_cast<std::uint8_t>(byte));
+      const bool is_one =
+          byte == 0 ||
+          (is_float(type) && (byte <= (is_short ? 7 : 12) || (byte > 64 && byte <= 64 + (is_short ? 23 : 52))));
+      REQUIRE(precision.has_value() == is_one);
+      if (precision) CHECK(precision->byte() == byte);
+    }
+  }
 }
 
 TEST_CASE("an archive asks for no more memory than its bytes can fill") {
