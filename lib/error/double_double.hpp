@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cmath>
+#include <compare>
 #include <cstddef>
 
 namespace ptet {
@@ -21,6 +22,7 @@ struct DoubleDouble {
   DoubleDouble(double x) : high(x) {} // NOLINT(google-explicit-constructor)
   DoubleDouble(double h, double l) : high(h), low(l) {}
   [[nodiscard]] double rounded() const { return high + low; }
+  explicit operator double() const { return rounded(); }
 };
 
 /// Exact.
@@ -60,6 +62,24 @@ struct DoubleDouble {
   const double second = rest.high / b.high;
   const double third = (rest - b * DoubleDouble(second)).high / b.high;
   return sum_of(first, second) + DoubleDouble(third);
+}
+
+inline DoubleDouble& operator+=(DoubleDouble& a, const DoubleDouble& b) {
+  return a = a + b;
+}
+inline DoubleDouble& operator/=(DoubleDouble& a, const DoubleDouble& b) {
+  return a = a / b;
+}
+
+// Of those that the operations above make: their low part is less than half a unit of the high one's last place.
+[[nodiscard]] inline bool operator==(const DoubleDouble& a, const DoubleDouble& b) {
+  return a.high == b.high && a.low == b.low;
+}
+[[nodiscard]] inline std::partial_ordering operator<=>(const DoubleDouble& a, const DoubleDouble& b) {
+  return a.high != b.high ? a.high <=> b.high : a.low <=> b.low;
+}
+[[nodiscard]] inline DoubleDouble abs(const DoubleDouble& a) {
+  return a.high < 0 || (a.high == 0 && a.low < 0) ? -a : a;
 }
 
 using FineVec3 = std::array<DoubleDouble, 3>;

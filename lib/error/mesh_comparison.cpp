@@ -1,6 +1,7 @@
 #include "error/mesh_comparison.hpp"
 
 #include "error/comparison_parts.hpp"
+#include "error/double_double.hpp"
 #include "error/power_of_two.hpp"
 #include "error/tet_overlap.hpp"
 #include "error/tolerances.hpp"
@@ -18,8 +19,8 @@ using namespace comparison;
 
 namespace {
 
-/// Tets with a height below this share of their longest edge are compared in extended precision.
-constexpr double kSliver = 1e-4;
+/// Tets with a height below this share of their longest edge are compared in numbers of twice a double's digits.
+constexpr double kSliver = 1e-5;
 
 int sign_of(const std::array<Point, 4>& tet) {
   return orientation(tet[0], tet[1], tet[2], tet[3]);
@@ -72,12 +73,12 @@ public:
     of_.simplified_tets_.each_meeting(box_of(corners), [&](std::uint32_t simplified) {
       if (of_.simplified_sign_[simplified] == 0) return;
       const std::array<Point, 4> others = corners_of(of_.simplified_, simplified);
-      const bool extended = sliver || of_.simplified_sliver_[simplified] != 0;
-      const bool overlap = extended ? clip(Frame<long double>(corners), corners, others, extended_)
+      const bool fine = sliver || of_.simplified_sliver_[simplified] != 0;
+      const bool overlap = fine ? clip(Frame<DoubleDouble>(corners), corners, others, fine_)
                                     : clip(frame, corners, others, plain_);
       if (!overlap) return;
-      if (extended) {
-        evaluate(extended_, original, simplified, sum, cell_max, cell_volume);
+      if (fine) {
+        evaluate(fine_, original, simplified, sum, cell_max, cell_volume);
       } else {
         evaluate(plain_, original, simplified, sum, cell_max, cell_volume);
       }
@@ -161,9 +162,10 @@ private:
         for (std::size_t k = 0; k < 4; ++k)
           d += corner.in_original[k] * values_[k * channels + channel] -
                corner.in_simplified[k] * values_[(4 + k) * channels + channel];
-        if (std::abs(d) <= rounding_[channel]) d = 0;
-        difference_[id * channels + channel] = static_cast<double>(d);
-        square += static_cast<double>(d) * static_cast<double>(d);
+        const auto rounded = static_cast<double>(d);
+        const double difference = std::abs(rounded) <= rounding_[channel] ? 0 : rounded;
+        difference_[id * channels + channel] = difference;
+        square += difference * difference;
       }
       const double error = std::sqrt(square);
       if (!(error <= cell_max[f])) cell_max[f] = error;
@@ -179,7 +181,7 @@ private:
 
   const MeshComparison& of_;
   Overlap<double> plain_;
-  Overlap<long double> extended_;
+  Overlap<DoubleDouble> fine_;
   std::vector<double> values_, difference_;
   std::vector<double> rounding_; ///< by channel: differences up to this are rounding
   std::vector<char> known_;

@@ -35,10 +35,8 @@ public:
     for (auto& row : row_)
       for (Real& x : row)
         x /= det;
-    volume_ = std::abs(det) / 6;
   }
 
-  [[nodiscard]] Real volume() const { return volume_; }
   [[nodiscard]] std::array<Real, 4> weights(const Point& p) const {
     const auto q = from_origin(p);
     std::array<Real, 4> weight;
@@ -54,7 +52,6 @@ private:
   }
   Point origin_;
   std::array<std::array<Real, 3>, 3> row_;
-  Real volume_;
 };
 
 /// Whether all four corners lie on or behind one face of a tet, going by their weights in it.

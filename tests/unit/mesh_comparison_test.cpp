@@ -306,13 +306,15 @@ TEST_CASE("comparison: exact errors of random meshes against dense sampling", "[
 }
 
 TEST_CASE("comparison: slivers count like other tets", "[mesh-comparison]") {
-  // A tet against the same tet with a point just above one of its faces, all turned: a tet of height 1e-9. There the
-  // values are 1 and, a quarter of 16, 4.
+  // A tet against the same tet with a point just above one of its faces, all turned: there the values are 1 and, a
+  // quarter of 16, 4.
   const auto turned = [](const Point& p) {
     const double c = std::cos(0.7), s = std::sin(0.7), y = s * p[0] + c * p[1];
     return Point{c * p[0] - s * p[1], c * y - s * p[2], s * y + c * p[2]};
   };
-  const TetMesh fan = test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {1, 1, 1e-9}},
+  const double height = GENERATE(1e-4, 1e-6, 1e-9, 1e-12, 1e-14);
+  INFO(height);
+  const TetMesh fan = test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {1, 1, height}},
                                       {{0, 1, 2, 4}, {0, 1, 4, 3}, {1, 2, 4, 3}, {2, 0, 4, 3}}, ScalarType::kFloat64);
   const TetMesh whole =
       test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}}, {{0, 1, 2, 3}}, ScalarType::kFloat64);
@@ -323,8 +325,12 @@ TEST_CASE("comparison: slivers count like other tets", "[mesh-comparison]") {
   for (const bool swapped : {false, true}) {
     const InsideDifference inside = (swapped ? compare(b, a) : compare(a, b)).exact_inside();
     CHECK(inside.volume == Approx(64.0 / 6).epsilon(1e-12));
-    CHECK(inside.fields[0].max == Approx(3).epsilon(1e-9));
+    CHECK(inside.fields[0].max == Approx(3).epsilon(std::max(height, 1e-11)));
   }
+  a.values = {0.3, -1.7, 0.1, 2.9, 17};
+  const InsideDifference none_at_all = compare(a, a).exact_inside();
+  CHECK(none_at_all.volume == Approx(64.0 / 6).epsilon(1e-12));
+  CHECK(none_at_all.fields[0].max < 1e-10);
 }
 
 TEST_CASE("comparison: meshes apart, flat tets, tets that only touch", "[mesh-comparison]") {
