@@ -74,8 +74,8 @@ public:
       if (of_.simplified_sign_[simplified] == 0) return;
       const std::array<Point, 4> others = corners_of(of_.simplified_, simplified);
       const bool fine = sliver || of_.simplified_sliver_[simplified] != 0;
-      const bool overlap = fine ? clip(Frame<DoubleDouble>(corners), corners, others, fine_)
-                                    : clip(frame, corners, others, plain_);
+      const bool overlap =
+          fine ? clip(Frame<DoubleDouble>(corners), corners, others, fine_) : clip(frame, corners, others, plain_);
       if (!overlap) return;
       if (fine) {
         evaluate(fine_, original, simplified, sum, cell_max, cell_volume);

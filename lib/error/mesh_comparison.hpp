@@ -97,7 +97,9 @@ public:
   [[nodiscard]] VertexDifference at_vertices(const ProgressCallback& progress = {}) const;
 
   /// At about `samples` random points of the original outside the simplified mesh, evenly spread there: drawn in each
-  /// original tet in proportion to what `inside` leaves of it; see OutsideDifference::missed. Adds no vertices.
+  /// original tet in proportion to what `inside` leaves of it; see OutsideDifference::missed. Where the simplified mesh
+  /// overlaps itself that is not known: those of so many points of all of the original that lie outside. Adds no
+  /// vertices.
   [[nodiscard]] OutsideDifference sampled_outside(const InsideDifference& inside, std::uint64_t samples,
                                                   std::uint64_t seed, const ProgressCallback& progress = {}) const;
 

@@ -218,7 +218,7 @@ MeshComparison::Sampled MeshComparison::sampled(std::uint64_t samples, std::uint
   to_units(result.inside.fields);
   to_units(result.outside.fields);
   const double volume_each = original_volume_ / static_cast<double>(samples);
-  result.inside.volume = volume_each * static_cast<double>(result.inside.points);
+  result.inside.volume = volume_each * static_cast<double>(compared);
   result.outside.volume = volume_each * static_cast<double>(result.outside.points);
   return result;
 }
@@ -266,6 +266,9 @@ OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside
   result.fields.resize(fields);
   std::vector<double> uncovered(original_.tets.size(), 0);
   for (std::size_t t = 0; t < uncovered.size(); ++t) {
+    // Covered twice somewhere: what is left of others is not known either.
+    if (inside.cell_volume[t] > (1 + kCovered) * original_tet_volume_[t])
+      return sampled(samples, seed, progress).outside;
     const double left = original_tet_volume_[t] - inside.cell_volume[t];
     if (left > kCovered * original_tet_volume_[t]) uncovered[t] = left;
   }

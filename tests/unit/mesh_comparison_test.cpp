@@ -242,6 +242,33 @@ TEST_CASE("comparison: overlap, inside and outside of a shifted box", "[mesh-com
   CHECK(sampled.outside.fields[0].mean_square == Approx(48).epsilon(0.05));
 }
 
+TEST_CASE("comparison: the outside of a mesh that overlaps itself", "[mesh-comparison]") {
+  const Sample whole(cube(4, 0, 1), [](const Point& p) { return std::vector<double>{p[0]}; });
+  TetMesh half = cube(4, 0, 1);
+  const std::vector<Point> points = examine(half).points;
+  double middle = 0;
+  for (const Point& p : points)
+    middle = std::max(middle, p[0] / 2);
+  std::erase_if(half.tets, [&](const Tet& tet) {
+    return std::any_of(tet.begin(), tet.end(), [&](VertexId v) { return points[v.index()][0] > middle; });
+  });
+  const Sample once(half, wavy);
+  const std::vector<Tet> tets = half.tets;
+  for (int i = 0; i < 2; ++i)
+    half.tets.insert(half.tets.end(), tets.begin(), tets.end());
+  Sample thrice(half, wavy);
+  thrice.found.boundary = once.found.boundary;
+
+  const MeshComparison a = compare(whole, once), b = compare(whole, thrice);
+  const InsideDifference of_a = a.exact_inside(), of_b = b.exact_inside();
+  CHECK(of_b.volume == Approx(3 * of_a.volume));
+  const OutsideDifference left = a.sampled_outside(of_a, 20000, 1), found = b.sampled_outside(of_b, 20000, 1);
+  CHECK(left.volume == Approx(of_a.volume));
+  CHECK(found.volume == Approx(left.volume).epsilon(0.05));
+  CHECK(found.fields[0].rms() == Approx(left.fields[0].rms()).epsilon(0.05));
+  CHECK(b.sampled(20000, 1).inside.volume == Approx(of_b.volume).epsilon(0.05));
+}
+
 TEST_CASE("comparison: what is too thin to be sampled is counted", "[mesh-comparison]") {
   const Function x = [](const Point& p) { return std::vector<double>{p[0]}; };
   const Sample a(cube(3, 0, 1), x);
