@@ -15,6 +15,7 @@
 #include <set>
 #include <string_view>
 
+#include <oneapi/tbb/task_arena.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataSetAttributes.h>
@@ -299,6 +300,20 @@ void write_legacy(const WholeFile& file, vtkUnstructuredGrid& grid, const vtkio:
   file.fail(std::string(vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode())));
 }
 
+void write(const std::string& path, const WholeFile& file, const TetMesh& mesh, bool is_vtu,
+           const WriteOptions& options, const vtkio::Messages& messages, const ProgressCallback& progress) {
+  const vtkSmartPointer<vtkUnstructuredGrid> grid = grid_of(mesh, options);
+  if (is_vtu) {
+    escape_names(path, *grid->GetPointData());
+    escape_names(path, *grid->GetCellData());
+    write_vtu(file, *grid, mesh, options, messages, progress);
+  } else {
+    check_legacy_names(path, *grid->GetPointData());
+    check_legacy_names(path, *grid->GetCellData());
+    write_legacy(file, *grid, messages, progress);
+  }
+}
+
 } // namespace
 
 bool is_mesh_name(const std::string& path) {
@@ -317,16 +332,8 @@ void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions
 
   WholeFile file(path);
   const vtkio::Messages messages;
-  const vtkSmartPointer<vtkUnstructuredGrid> grid = grid_of(mesh, options);
-  if (ending == ".vtu") {
-    escape_names(path, *grid->GetPointData());
-    escape_names(path, *grid->GetCellData());
-    write_vtu(file, *grid, mesh, options, messages, progress);
-  } else {
-    check_legacy_names(path, *grid->GetPointData());
-    check_legacy_names(path, *grid->GetCellData());
-    write_legacy(file, *grid, messages, progress);
-  }
+  // VTK's loops begin threads without asking whether the system lets them; here they are short.
+  oneapi::tbb::task_arena(1).execute([&] { write(path, file, mesh, ending == ".vtu", options, messages, progress); });
   file.commit();
 }
 

@@ -7,6 +7,7 @@ import os
 import pty
 import random
 import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -393,6 +394,31 @@ class Files(Case):
         self.ptet("build", "grid.vtu", "-o", "many.ptet", "--threads", 1000, "--quiet", **limited)
         self.assertEqual((self.folder / "few.ptet").read_bytes(), (self.folder / "many.ptet").read_bytes())
         self.ptet("measure", "grid.vtu", "grid.vtu", "--threads", 1000, **limited)
+
+    def test_no_second_thread(self):
+        self.grid(8)
+        self.ptet("build", "grid.vtu", "-o", "two.ptet", "--threads", 2, "--quiet")
+        copy = shutil.copy(program(), self.folder / "program")  # that anybody may run
+        self.folder.chmod(0o777)
+
+        def limit():
+            resource.setrlimit(resource.RLIMIT_NPROC, (1, 1))
+            if os.geteuid() == 0:  # the limit is not for root
+                os.setgid(65534)
+                os.setuid(65534)
+
+        def run(*arguments):
+            done = subprocess.run([copy, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                  preexec_fn=limit, timeout=600, check=False)
+            self.assertEqual((done.returncode, done.stderr), (0, b""), arguments)
+
+        run("build", "grid.vtu", "-o", "one.ptet", "--quiet")
+        self.assertEqual((self.folder / "one.ptet").read_bytes(), (self.folder / "two.ptet").read_bytes())
+        for ending in ["vtu", "vtk", "ply"]:
+            run("extract", "one.ptet", "--field-error", "5%", "-o", f"cut.{ending}")
+        run("measure", "grid.vtu", "cut.vtu", "--errors", "errors.vtu")
+        run("verify", "one.ptet", "--original", "grid.vtu")
+        run("info", "grid.vtu")
 
     def test_progress_keeps_to_one_line_of_a_narrow_terminal(self):
         self.grid(10)
