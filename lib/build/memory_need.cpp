@@ -24,6 +24,7 @@ constexpr double kParents = 14;         ///< records that a record needs
 constexpr double kLink = 13.5;          ///< vertices of its link
 constexpr double kSurfaceSampled = 420; ///< a boundary face in the half-edge surface and its index
 constexpr double kSurfaceBound = 1100;  ///< and with the pieces that it stands for
+constexpr double kPiece = 2200;         ///< a piece: what it has decided, and the same read
 /// What allocation adds: while collapsing lists grow; those of the writer have their size from the start.
 constexpr double kOverhead = 1.08, kWriteOverhead = 1.04;
 /// The large pages at the ends of lists that are not used up; where all is little there are none.
@@ -147,7 +148,7 @@ MemoryNeed memory_need(const BuildCounts& counts, const BuildOptions& options) {
   const double parents = (4 * kParents + 8) * records + 4 * slots;
   const double afterwards = prepared + 16 * tets + stream + 2 * 16 * slots +
                             std::max(parents + 200 * faces, measuring + 4 * (modified + slots));
-  need.collapse = whole(std::max(looping, afterwards));
+  need.collapse = whole(std::max(looping, afterwards) + (options.pieces > 1 ? kPiece * options.pieces : 0));
 
   // Records in their order, what they reach, cells.
   const double order = 2 * rows + stream + 16 * slots + given + parents + 150 * records;
@@ -209,6 +210,9 @@ std::uint64_t MemoryWatch::check(const BuildCounts& counts) const {
   BuildOptions one_thread = options_;
   one_thread.threads = 1;
   if (threads_of(options_) > 1) offer(counts, one_thread, "with one thread");
+  BuildOptions one_piece = options_;
+  one_piece.pieces = 1;
+  if (options_.pieces > 1) offer(counts, one_piece, "in one piece");
   for (std::size_t i = 0; i < ways.size(); ++i)
     message += (i == 0 ? "; it would take " + extent : i + 1 == ways.size() ? " or " : ", ") + ways[i];
   throw Error(ErrorCode::kLimit, message);

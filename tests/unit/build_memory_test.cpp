@@ -266,16 +266,20 @@ TEST_CASE("memory limit: says what would help") {
   BuildOptions options;
   options.threads = 4;
   options.memory_limit = 100'000'000;
-  const build::MemoryWatch watch({}, options);
-  try {
-    (void)watch.check(counts);
-    FAIL("was not refused");
-  } catch (const Error& error) {
-    const std::string message = error.what();
-    for (const char* part :
-         {"1000000 tets", "the limit is 100 MB", "with method QN", "with one governing field", "with one thread"})
-      CHECK(message.find(part) != std::string::npos);
-  }
+  const auto refusal = [&] {
+    try {
+      (void)build::MemoryWatch({}, options).check(counts);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  for (const char* part :
+       {"1000000 tets", "the limit is 100 MB", "with method QN", "with one governing field", "with one thread"})
+    CHECK(refusal().find(part) != std::string::npos);
+  CHECK(refusal().find("piece") == std::string::npos);
+  options.pieces = kMostPieces;
+  CHECK(refusal().find("in one piece") != std::string::npos);
   // It grows with everything that is counted.
   const std::uint64_t need = build::memory_need(counts, options).most();
   for (std::uint64_t build::BuildCounts::*const part :
@@ -285,6 +289,10 @@ TEST_CASE("memory limit: says what would help") {
     more.*part *= 2;
     CHECK(build::memory_need(more, options).most() > need);
   }
-  options.target_vertices = 0.5;
-  CHECK(build::memory_need(counts, options).most() < need);
+  BuildOptions less = options;
+  less.target_vertices = 0.5;
+  CHECK(build::memory_need(counts, less).most() < need);
+  less = options;
+  less.pieces = 1;
+  CHECK(build::memory_need(counts, less).most() + 100'000'000 < need);
 }
