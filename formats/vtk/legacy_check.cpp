@@ -229,6 +229,8 @@ private:
     const std::string keyword = word();
     if (keyword != "dataset") fail("holds no dataset");
     const std::string dataset = word();
+    if (dataset == "polydata")
+      fail("holds a surface (a dataset of type 'polydata'): ptet needs a volume of tetrahedra");
     if (dataset != "unstructured_grid")
       fail("holds a dataset of type " + quoted(dataset) +
            ": ptet needs an unstructured_grid, which ParaView's Append Datasets makes");

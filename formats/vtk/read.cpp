@@ -90,6 +90,8 @@ void read_any(const Source& source, Assembler& assembler) {
   } else if (const std::string xml = without_comments(head); xml.find("<VTKFile") != std::string::npos) {
     const std::string type = xml_dataset_type(xml);
     if (type == "Collection") assembler.fail("is a list of files (PVD): name one of them");
+    if (type == "PolyData" || type == "PPolyData")
+      assembler.fail("holds a surface (a dataset of type " + type + "): ptet needs a volume of tetrahedra");
     if (type != "UnstructuredGrid" && type != "PUnstructuredGrid")
       assembler.fail("holds a dataset of " + (type.empty() ? "unknown type" : "type " + type) +
                      ": ptet needs an UnstructuredGrid or PUnstructuredGrid, which ParaView's Append Datasets makes");

@@ -1,6 +1,5 @@
 // Meshes in, through VTK's own readers: VTU, PVTU, legacy VTK, Exodus. Cells that are not tetrahedra are
-// tetrahedralised so that neighbours agree; points and point arrays keep their order, type and bits, but that those of
-// Exodus become float64.
+// tetrahedralised so that neighbours agree; points and point arrays keep their order, type and bits.
 #pragma once
 
 #include "ptet/mesh.hpp"

@@ -448,6 +448,9 @@ class Measure(Case):
         self.assertIn("convention", mirrored["notes"][0])
         self.assertLess(mirrored["inside"]["fields"]["q"]["max"], 1e-12)
         points, tets = meshes.grid(2)
+        meshes.vtu(self.folder / "lonely.vtu", [*points, (7.0, 7.0, 7.0)], tets)
+        notes = self.json("measure", "fine.vtu", "lonely.vtu")["notes"]
+        self.assertIn("1 vertex of 'lonely.vtu' is in no tet: counted, but not compared", notes)
         meshes.vtu(self.folder / "crossed.vtu", [*points, *((x + 0.3, y + 0.3, z + 0.3) for x, y, z in points)],
                    [*tets, *([v + len(points) for v in tet] for tet in tets)])
         report = self.json("measure", "fine.vtu", "crossed.vtu")

@@ -91,11 +91,15 @@ MeasuredMesh load(const std::string& path, bool weld, ProgressLine& progress) {
   return side;
 }
 
-/// Says so when a mesh orders the vertices of all its tets by the other convention.
-void note_convention(const MeasuredMesh& side, std::vector<std::string>& notes) {
-  for (const Finding& finding : side.report.findings)
+/// Says so when a mesh orders the vertices of all its tets by the other convention, and when it has vertices in none.
+void note_findings(const MeasuredMesh& side, std::vector<std::string>& notes) {
+  for (const Finding& finding : side.report.findings) {
     if (finding.code == "inverted-tets" && finding.severity == Severity::kNote)
       notes.push_back("'" + side.path + "' orders the vertices of all its tets by the other convention");
+    if (finding.code == "unused-points")
+      notes.push_back(grouped(finding.count) + (finding.count == 1 ? " vertex of '" : " vertices of '") + side.path +
+                      (finding.count == 1 ? "' is" : "' are") + " in no tet: counted, but not compared");
+  }
 }
 
 /// Says so where the field of the original has several values at one place.
@@ -347,8 +351,8 @@ void run(const Arguments& arguments) {
   });
   for (const MeasuredMesh* side : {&outcome.original, &outcome.simplified})
     add_reading_notes(side->path, side->read, outcome.notes);
-  note_convention(outcome.original, outcome.notes);
-  note_convention(outcome.simplified, outcome.notes);
+  note_findings(outcome.original, outcome.notes);
+  note_findings(outcome.simplified, outcome.notes);
   outcome.fields = choose_fields(arguments.fields, outcome.original, outcome.simplified, outcome.notes);
   if (arguments.errors && outcome.fields.empty())
     throw Error(ErrorCode::kBadInput,
