@@ -35,13 +35,13 @@ class Builder {
 public:
   /// `whole`: the mesh that this is a part of, with `samples` in the part; null: this is all of it.
   Builder(PreparedMesh& prepared, const BuildOptions& options, BuildReport& report, const ProgressCallback& progress,
-          const MeshScales* whole = nullptr, FieldSamples samples = {})
+          const MeshScales* whole = nullptr, std::span<const Sample> samples = {})
       : prepared_(prepared), options_(options), report_(report), progress_(progress), threads_(options.threads),
         checkpoints_(options.checkpoint),
         fields_(prepared, options.fields, whole != nullptr ? &whole->field_range : nullptr) {
     report.notes.insert(report.notes.end(), fields_.notes().begin(), fields_.notes().end());
     threads_.run([&] {
-      collapser_.emplace(prepared, fields_, whole, std::move(samples), options, records_);
+      collapser_.emplace(prepared, fields_, whole, samples, options, records_);
       rounds_.emplace(*collapser_, options, round_state_, report);
     });
     if (auto note = whole == nullptr ? flat_domain_note(prepared, collapser_->scales(), options) : std::nullopt)
@@ -234,8 +234,8 @@ RecordStream build_records(PreparedMesh& prepared, const BuildOptions& options, 
 }
 
 RecordStream collapse_part(PreparedMesh& part, const BuildOptions& options, const MeshScales& whole,
-                           FieldSamples samples, BuildReport& report, const ProgressCallback& progress) {
-  return Builder(part, options, report, progress, &whole, std::move(samples)).collapse();
+                           std::span<const Sample> samples, BuildReport& report, const ProgressCallback& progress) {
+  return Builder(part, options, report, progress, &whole, samples).collapse();
 }
 
 } // namespace ptet::build

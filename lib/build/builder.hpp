@@ -39,6 +39,7 @@ void check_options(const BuildOptions& options);
 /// The stream has no slots, and so is not valid. `part`: its tets are gone afterwards. `whole`: the mesh that it is a
 /// part of. `samples`: in tets of the part, where the evaluation looks at samples. Throws Error as build_records does.
 [[nodiscard]] RecordStream collapse_part(PreparedMesh& part, const BuildOptions& options, const MeshScales& whole,
-                                         FieldSamples samples, BuildReport& report, const ProgressCallback& progress);
+                                         std::span<const Sample> samples, BuildReport& report,
+                                         const ProgressCallback& progress);
 
 } // namespace ptet::build

@@ -44,7 +44,7 @@ DomainError domain_error_of(const BuildOptions& options) {
 } // namespace
 
 Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& fields, const MeshScales* whole,
-                     FieldSamples samples, const BuildOptions& options, RecordStream& records)
+                     std::span<const Sample> samples, const BuildOptions& options, RecordStream& records)
     : prepared_(prepared), fields_(fields), options_(options), records_(records),
       scales_(whole != nullptr ? *whole : scales_of(prepared, fields)),
       limits_(prepared, fields, options, scales_.diagonal),
@@ -67,9 +67,10 @@ Collapser::Collapser(const PreparedMesh& prepared, const NormalizedFields& field
             return Trial(complex_, prepared_.points, removed_, exact_.get(), min_quality, options_.max_star);
           },
           frozen_) {
-  if (options.evaluation == Evaluation::kSamples)
-    removed_.hold_samples(complex_, whole != nullptr ? std::move(samples)
-                                                     : field_samples(prepared.mesh.tets, prepared.points, fields));
+  std::vector<Sample> own;
+  if (options.evaluation == Evaluation::kSamples && whole == nullptr)
+    samples = own = choose_samples(prepared.mesh.tets, fields);
+  if (options.evaluation == Evaluation::kSamples) removed_.hold_samples(complex_, samples, prepared.mesh.tets);
   if (options.prediction == Prediction::kExact) removed_.weigh(vertex_volumes(prepared, scales_));
   begin_records();
 }

@@ -38,8 +38,8 @@ public:
   /// evaluation looks at samples; null: it is all of it. `records`, empty so far, gets what is known before the first
   /// collapse, then every collapse. All must outlive the object, but for the samples.
   /// Throws Error(kBadArgument) as ErrorLimits does.
-  Collapser(const PreparedMesh& prepared, const NormalizedFields& fields, const MeshScales* whole, FieldSamples samples,
-            const BuildOptions& options, RecordStream& records);
+  Collapser(const PreparedMesh& prepared, const NormalizedFields& fields, const MeshScales* whole,
+            std::span<const Sample> samples, const BuildOptions& options, RecordStream& records);
   Collapser(const Collapser&) = delete;
   Collapser& operator=(const Collapser&) = delete;
 

@@ -36,6 +36,10 @@ std::array<double, 4> sample_weights(std::uint32_t tet, std::size_t i) {
   return weight;
 }
 
+std::array<Vertex, 4> corners_of(const Tet& tet) {
+  return {tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()};
+}
+
 } // namespace
 
 double field_variation(const NormalizedFields& fields, const std::array<Vertex, 4>& corners) {
@@ -55,47 +59,48 @@ double field_variation(const NormalizedFields& fields, const std::array<Vertex, 
   return std::sqrt(most_sq);
 }
 
-FieldSamples field_samples(std::span<const Tet> tets, const std::vector<Point>& positions,
-                           const NormalizedFields& fields, std::size_t count) {
-  const auto corners_of = [&](std::size_t t) {
-    return std::array<Vertex, 4>{tets[t][0].index(), tets[t][1].index(), tets[t][2].index(), tets[t][3].index()};
-  };
+std::vector<Sample> choose_samples(std::span<const Tet> tets, const NormalizedFields& fields, std::size_t count) {
   std::vector<double> up_to(tets.size()); // sums of variations
   double sum = 0;
   for (std::size_t t = 0; t < tets.size(); ++t)
-    up_to[t] = sum += field_variation(fields, corners_of(t));
-  FieldSamples result;
-  if (!(sum > 0)) return result;
-  const std::size_t channels = fields.channel_count();
-  result.samples.reserve(count);
-  result.points.reserve(count);
-  result.values.reserve(count * channels);
+    up_to[t] = sum += field_variation(fields, corners_of(tets[t]));
+  std::vector<Sample> samples;
+  if (!(sum > 0)) return samples;
+  samples.reserve(count);
   for (std::size_t t = 0; t < tets.size(); ++t) {
     // Behind the last tet that varies the quotient is exactly 1.
     const auto end = static_cast<std::size_t>(static_cast<double>(count) * (up_to[t] / sum));
-    const std::array<Vertex, 4> corners = corners_of(t);
-    for (std::size_t i = 0; result.samples.size() < end; ++i) {
-      const std::array<double, 4> weight = sample_weights(static_cast<std::uint32_t>(t), i);
-      Point position{};
-      for (std::size_t k = 0; k < 4; ++k)
-        position = position + weight[k] * positions[corners[k]];
-      result.samples.push_back({static_cast<std::uint32_t>(t), weight});
-      result.points.push_back(position);
-      for (std::size_t c = 0; c < channels; ++c) {
-        const double first = fields.exact().at(corners[0])[c];
-        double more = 0; // without a common offset
-        for (std::size_t k = 1; k < 4; ++k)
-          more += weight[k] * (fields.exact().at(corners[k])[c] - first);
-        result.values.push_back(first + more);
-      }
+    for (std::size_t i = 0; samples.size() < end; ++i)
+      samples.push_back({static_cast<std::uint32_t>(t), sample_weights(static_cast<std::uint32_t>(t), i)});
+  }
+  return samples;
+}
+
+std::vector<Sample> choose_samples(std::span<const Tet> tets, const NormalizedFields& fields) {
+  return choose_samples(tets, fields, tets.size());
+}
+
+FieldSamples look_at(std::span<const Sample> samples, std::span<const Tet> tets, const std::vector<Point>& positions,
+                     const NormalizedFields& fields) {
+  const std::size_t channels = fields.channel_count();
+  FieldSamples result;
+  result.points.reserve(samples.size());
+  result.values.reserve(samples.size() * channels);
+  for (const auto& [tet, weight] : samples) {
+    const std::array<Vertex, 4> corners = corners_of(tets[tet]);
+    Point position{};
+    for (std::size_t k = 0; k < 4; ++k)
+      position = position + weight[k] * positions[corners[k]];
+    result.points.push_back(position);
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double first = fields.exact().at(corners[0])[c];
+      double more = 0; // without a common offset
+      for (std::size_t k = 1; k < 4; ++k)
+        more += weight[k] * (fields.exact().at(corners[k])[c] - first);
+      result.values.push_back(first + more);
     }
   }
   return result;
-}
-
-FieldSamples field_samples(std::span<const Tet> tets, const std::vector<Point>& positions,
-                           const NormalizedFields& fields) {
-  return field_samples(tets, positions, fields, tets.size());
 }
 
 } // namespace ptet::build

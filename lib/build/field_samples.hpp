@@ -23,23 +23,25 @@ struct Sample {
   std::array<double, 4> weight; ///< barycentric coordinates in it: positive, sum 1
 };
 
-struct FieldSamples {
-  std::vector<Sample> samples; ///< ascending by tet
-  std::vector<Point> points;   ///< by sample; to be put behind the vertices' positions
-  std::vector<double> values;  ///< sample x channel, as NormalizedFields::exact() has them for vertices
-};
-
 /// How much the fields vary over a tet: the largest distance between the values of two corners, as a fraction of the
 /// range, over all fields.
 [[nodiscard]] double field_variation(const NormalizedFields& fields, const std::array<Vertex, 4>& corners);
 
-/// `count` samples over all tets, in number proportional to the fields' variation over each; none where nothing varies.
-/// What falls to a tet is rounded so that the sum over every run of tets is off by less than 1. Same input, same
-/// samples. Cost: O(tets + count).
-[[nodiscard]] FieldSamples field_samples(std::span<const Tet> tets, const std::vector<Point>& positions,
-                                         const NormalizedFields& fields, std::size_t count);
+/// `count` samples over all tets, ascending by tet, in number proportional to the fields' variation over each; none
+/// where nothing varies. What falls to a tet is rounded so that the sum over every run of tets is off by less than 1.
+/// Same input, same samples. Cost: O(tets + count).
+[[nodiscard]] std::vector<Sample> choose_samples(std::span<const Tet> tets, const NormalizedFields& fields,
+                                                 std::size_t count);
 /// As above, one sample a tet on average.
-[[nodiscard]] FieldSamples field_samples(std::span<const Tet> tets, const std::vector<Point>& positions,
-                                         const NormalizedFields& fields);
+[[nodiscard]] std::vector<Sample> choose_samples(std::span<const Tet> tets, const NormalizedFields& fields);
+
+/// Where samples are, and the fields there.
+struct FieldSamples {
+  std::vector<Point> points;  ///< by sample; to be put behind the vertices' positions
+  std::vector<double> values; ///< sample x channel, as NormalizedFields::exact() has them for vertices
+};
+/// `fields` are those of the mesh with these tets: what is taken off 64-bit integers differs from mesh to mesh.
+[[nodiscard]] FieldSamples look_at(std::span<const Sample> samples, std::span<const Tet> tets,
+                                   const std::vector<Point>& positions, const NormalizedFields& fields);
 
 } // namespace ptet::build

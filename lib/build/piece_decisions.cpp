@@ -87,24 +87,18 @@ PieceDecisions::PieceDecisions(const PreparedMesh& prepared, const BuildOptions&
     arrays_.push_back(field.array);
   scales_ = scales_of(prepared, fields);
   identity_ = identity_of(prepared.mesh, describe_options(options, prepared, fields.fields()));
-  if (options.evaluation == Evaluation::kSamples) samples_ = field_samples(prepared.mesh.tets, prepared.points, fields);
+  if (options.evaluation == Evaluation::kSamples) samples_ = choose_samples(prepared.mesh.tets, fields);
 }
 
 /// Those of the whole mesh that lie in tets of the piece.
-FieldSamples PieceDecisions::samples_in(const MeshPiece& piece) const {
-  FieldSamples inside;
-  const std::size_t channels = samples_.points.empty() ? 0 : samples_.values.size() / samples_.points.size();
-  auto sample = samples_.samples.begin();
+std::vector<Sample> PieceDecisions::samples_in(const MeshPiece& piece) const {
+  std::vector<Sample> inside;
+  auto sample = samples_.begin();
   for (std::uint32_t t = 0; t < piece.tet.size(); ++t) {
-    sample = std::lower_bound(sample, samples_.samples.end(), piece.tet[t],
+    sample = std::lower_bound(sample, samples_.end(), piece.tet[t],
                               [](const Sample& s, std::uint32_t tet) { return s.tet < tet; });
-    for (; sample != samples_.samples.end() && sample->tet == piece.tet[t]; ++sample) {
-      const auto i = static_cast<std::size_t>(sample - samples_.samples.begin());
-      inside.samples.push_back({t, sample->weight});
-      inside.points.push_back(samples_.points[i]);
-      const auto values = samples_.values.begin() + static_cast<std::ptrdiff_t>(i * channels);
-      inside.values.insert(inside.values.end(), values, values + static_cast<std::ptrdiff_t>(channels));
-    }
+    for (; sample != samples_.end() && sample->tet == piece.tet[t]; ++sample)
+      inside.push_back({t, sample->weight});
   }
   return inside;
 }

@@ -51,7 +51,7 @@ public:
 
 private:
   struct OfPiece;
-  [[nodiscard]] FieldSamples samples_in(const MeshPiece& piece) const;
+  [[nodiscard]] std::vector<Sample> samples_in(const MeshPiece& piece) const;
   [[nodiscard]] OfPiece read(std::uint32_t piece, std::span<const std::byte> bytes) const;
 
   const PreparedMesh& prepared_;
@@ -60,7 +60,7 @@ private:
   BuildIdentity identity_;
   std::vector<std::uint32_t> arrays_; ///< the governing ones
   MeshScales scales_;
-  FieldSamples samples_; ///< of the whole mesh, where the evaluation looks at samples
+  std::vector<Sample> samples_; ///< of the whole mesh, where the evaluation looks at samples
 };
 
 } // namespace ptet::build

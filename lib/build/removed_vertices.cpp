@@ -41,14 +41,15 @@ RemovedVertices::RemovedVertices(const std::vector<Point>& positions, const Norm
 
 RemovedVertices::~RemovedVertices() = default;
 
-void RemovedVertices::hold_samples(WorkingComplex& complex, FieldSamples samples) {
-  samples_ = std::move(samples);
+void RemovedVertices::hold_samples(WorkingComplex& complex, std::span<const Sample> samples,
+                                   std::span<const Tet> tets) {
+  samples_ = look_at(samples, tets, positions_, fields_);
   next_.resize(positions_.size() + samples_.points.size(), kNone);
   holder_.resize(next_.size(), kNone);
   is_outside_.resize(next_.size());
-  for (std::size_t i = 0; i < samples_.samples.size(); ++i) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto point = static_cast<Vertex>(positions_.size() + i);
-    const SlotId slot = samples_.samples[i].tet; // tets come first among the slots, in their order
+    const SlotId slot = samples[i].tet; // tets come first among the slots, in their order
     holder_[point] = slot;
     next_[point] = complex.slot(slot).first_point;
     complex.slot(slot).first_point = point;

@@ -35,8 +35,9 @@ public:
   RemovedVertices(const RemovedVertices&) = delete;
   RemovedVertices& operator=(const RemovedVertices&) = delete;
 
-  /// From now on `samples` are looked at too; each is held by its original tet. Before the first collapse.
-  void hold_samples(WorkingComplex& complex, FieldSamples samples);
+  /// From now on `samples` are looked at too; each is held by its original tet, one of `tets`. Before the first
+  /// collapse.
+  void hold_samples(WorkingComplex& complex, std::span<const Sample> samples, std::span<const Tet> tets);
 
   /// From now on simulations tell of squared errors. `volumes`: by vertex, in any unit. Before the first collapse.
   void weigh(std::vector<double> volumes);

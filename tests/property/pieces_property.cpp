@@ -310,6 +310,27 @@ TEST_CASE("pieces: in a piece errors are what they are in the whole mesh", "[pie
   }
 }
 
+TEST_CASE("pieces: integers of 64 bits are like others", "[pieces]") {
+  const TetMesh mesh = test::grid({{6, 6, 6}, {}, 3, 12});
+  const auto decided = [&](ScalarType type, Evaluation evaluation) {
+    TetMesh with = mesh;
+    with.point_arrays.clear();
+    test::add_array(with, "f", type, 1,
+                    [](const Point& p) { return std::vector<double>(1, std::floor(1000 + 20 * p[0] + p[1] * p[2])); });
+    return Built(with, options_of(4, Prediction::kSimulate, evaluation)).decisions.records;
+  };
+  for (const Evaluation evaluation : {Evaluation::kVertices, Evaluation::kSamples, Evaluation::kExact}) {
+    const RecordStream narrow = decided(ScalarType::kInt32, evaluation);
+    const RecordStream wide = decided(ScalarType::kInt64, evaluation);
+    REQUIRE(narrow.removed.size() > 50);
+    CHECK(wide.removed == narrow.removed);
+    CHECK(wide.target == narrow.target);
+    REQUIRE(wide.field_error.size() == narrow.field_error.size());
+    for (std::size_t i = 0; i < wide.field_error.size(); ++i)
+      CHECK(wide.field_error[i] == Approx(narrow.field_error[i]).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("pieces: collapsed elsewhere, in any order, they make the same file", "[pieces]") {
   const TetMesh mesh = test::grid({{8, 8, 5}, {}, 3, 10});
   BuildOptions options = options_of(5);

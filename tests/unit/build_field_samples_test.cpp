@@ -6,8 +6,9 @@
 
 using namespace ptet;
 using namespace ptet::build::test;
-using build::field_samples;
+using build::choose_samples;
 using build::FieldSamples;
+using build::Sample;
 
 namespace {
 
@@ -31,26 +32,24 @@ TEST_CASE("samples: in number as the field varies", "[build][samples]") {
   for (const Tet& tet : tets)
     sum += variation(scene, tet);
   for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{100}, tets.size(), 7 * tets.size()}) {
-    const FieldSamples found = field_samples(tets, scene.points(), scene.fields, count);
-    REQUIRE(found.samples.size() == count);
-    CHECK(found.points.size() == count);
-    CHECK(found.values.size() == count);
+    const std::vector<Sample> found = choose_samples(tets, scene.fields, count);
+    REQUIRE(found.size() == count);
     std::vector<double> number(tets.size());
-    for (const auto& sample : found.samples)
+    for (const Sample& sample : found)
       ++number.at(sample.tet);
     for (std::size_t t = 0; t < tets.size(); ++t)
       CHECK(std::abs(number[t] - static_cast<double>(count) * variation(scene, tets[t]) / sum) <= 1);
   }
-  CHECK(field_samples(tets, scene.points(), scene.fields).samples.size() == tets.size());
+  CHECK(choose_samples(tets, scene.fields).size() == tets.size());
 }
 
 TEST_CASE("samples: where nothing varies there are none", "[build][samples]") {
   const Scene constant(prepared_grid([](const Point&) { return std::vector<double>{3}; }));
-  CHECK(field_samples(constant.prepared.mesh.tets, constant.points(), constant.fields, 50).samples.empty());
+  CHECK(choose_samples(constant.prepared.mesh.tets, constant.fields, 50).empty());
   const Scene half(prepared_grid([](const Point& p) { return std::vector<double>{std::max(0.0, p[0] - 30)}; }));
-  const FieldSamples found = field_samples(half.prepared.mesh.tets, half.points(), half.fields);
-  CHECK(found.samples.size() == half.prepared.mesh.tets.size());
-  for (const auto& sample : found.samples)
+  const std::vector<Sample> found = choose_samples(half.prepared.mesh.tets, half.fields);
+  CHECK(found.size() == half.prepared.mesh.tets.size());
+  for (const Sample& sample : found)
     CHECK(variation(half, half.prepared.mesh.tets[sample.tet]) > 0);
 }
 
@@ -59,11 +58,15 @@ TEST_CASE("samples: inside, with the values of the linear field there", "[build]
   const auto field = [](const Point& p) { return std::vector<double>{p[0] - 2 * p[1], 0.5 * p[2], 1}; };
   const Scene scene(prepared_grid(field, 3));
   const double unit = scene.fields.fields()[0].range * scene.fields.exact().scale(0);
-  const FieldSamples found = field_samples(scene.prepared.mesh.tets, scene.points(), scene.fields, 500);
+  const auto& tets = scene.prepared.mesh.tets;
+  const std::vector<Sample> samples = choose_samples(tets, scene.fields, 500);
+  const FieldSamples found = look_at(samples, tets, scene.points(), scene.fields);
+  REQUIRE(samples.size() == 500);
+  REQUIRE(found.points.size() == 500);
   REQUIRE(found.values.size() == 1500);
-  for (std::size_t i = 0; i < found.samples.size(); ++i) {
-    const auto& sample = found.samples[i];
-    const Tet& tet = scene.prepared.mesh.tets[sample.tet];
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Sample& sample = samples[i];
+    const Tet& tet = tets[sample.tet];
     Point expected{};
     double sum = 0;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -98,10 +101,10 @@ TEST_CASE("samples: evenly spread over a tet, and the same every time", "[build]
   const PreparedMesh prepared = with_field({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0}, {0}, {0}, {1}});
   const build::NormalizedFields fields(prepared, {});
   const std::vector<Tet> tets{{VertexId{0}, VertexId{1}, VertexId{2}, VertexId{3}}};
-  const FieldSamples found = field_samples(tets, prepared.points, fields, 8000);
+  const std::vector<Sample> found = choose_samples(tets, fields, 8000);
   std::array<int, 4> near_corner{};
   std::array<double, 4> mean{};
-  for (const auto& sample : found.samples)
+  for (const Sample& sample : found)
     for (std::size_t k = 0; k < 4; ++k) {
       // The margin moves every sample towards the middle by a sixteenth.
       near_corner[k] += (sample.weight[k] - 1.0 / 64) / (1 - 4.0 / 64) > 0.5 ? 1 : 0;
@@ -111,7 +114,7 @@ TEST_CASE("samples: evenly spread over a tet, and the same every time", "[build]
     CHECK(mean[k] == Approx(0.25).epsilon(0.005));
     CHECK(near_corner[k] == Approx(1000).epsilon(0.02)); // an eighth of the volume
   }
-  const FieldSamples again = field_samples(tets, prepared.points, fields, 8000);
-  CHECK(again.points == found.points);
-  CHECK(again.values == found.values);
+  const std::vector<Sample> again = choose_samples(tets, fields, 8000);
+  CHECK(std::equal(found.begin(), found.end(), again.begin(), again.end(),
+                   [](const Sample& a, const Sample& b) { return a.tet == b.tet && a.weight == b.weight; }));
 }
