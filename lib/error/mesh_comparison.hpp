@@ -97,11 +97,12 @@ public:
   [[nodiscard]] VertexDifference at_vertices(const ProgressCallback& progress = {}) const;
 
   /// At about `samples` random points of the original outside the simplified mesh, evenly spread there: drawn in each
-  /// original tet in proportion to what `inside` leaves of it; see OutsideDifference::missed. Where the simplified mesh
-  /// overlaps itself that is not known: those of so many points of all of the original that lie outside. Adds no
-  /// vertices.
-  [[nodiscard]] OutsideDifference sampled_outside(const InsideDifference& inside, std::uint64_t samples,
-                                                  std::uint64_t seed, const ProgressCallback& progress = {}) const;
+  /// original tet in proportion to what `inside` leaves of it; see OutsideDifference::missed. `overlaps_itself`: tets
+  /// of the simplified mesh are known to overlap (also taken for so where a tet is covered by more than its volume);
+  /// what is left of the original's is then an estimate. Adds no vertices.
+  [[nodiscard]] OutsideDifference sampled_outside(const InsideDifference& inside, bool overlaps_itself,
+                                                  std::uint64_t samples, std::uint64_t seed,
+                                                  const ProgressCallback& progress = {}) const;
 
   /// Raises `outside` by the vertices that lie there.
   void add_vertices(const VertexDifference& vertices, OutsideDifference& outside) const;
@@ -111,6 +112,8 @@ private:
   class Sampler;
   [[nodiscard]] std::size_t channels() const { return channel_count_; }
   void scale_values();
+  [[nodiscard]] std::vector<double> uncovered_volumes(const InsideDifference& inside, bool overlaps_itself,
+                                                      std::uint64_t seed, const ProgressCallback& progress) const;
   void to_units(std::vector<FieldDifference>& fields) const;
   void to_units(std::vector<double>& by_field) const;
 
@@ -120,7 +123,7 @@ private:
   std::vector<double> scale_;                               ///< by field, see FieldDifference
   std::vector<double> original_scaled_, simplified_scaled_; ///< the values over it, where it is not 1
   std::vector<int> original_sign_, simplified_sign_;        ///< exact orientation, by tet
-  std::vector<char> simplified_sliver_; ///< by tet: 1 when it is so flat that it takes extended precision
+  std::vector<char> simplified_sliver_; ///< by tet: 1 when it is so flat that it takes twice a double's digits
   std::vector<double> original_tet_volume_;
   double original_volume_ = 0, simplified_volume_ = 0;
   BoxTree simplified_tets_;

@@ -1,5 +1,6 @@
 // The parts of MeshComparison that look at single points: samples of the volume, and the vertices.
 #include "error/comparison_parts.hpp"
+#include "error/double_double.hpp"
 #include "error/mesh_comparison.hpp"
 #include "error/tet_overlap.hpp"
 #include "mesh/closest_point.hpp"
@@ -107,10 +108,16 @@ public:
 
   /// The errors by field of the value against a simplified tet that holds p.
   std::span<const double> against_tet(const Point& p, std::uint32_t t) {
-    const std::array<long double, 4> weight = Frame<long double>(corners_of(of_.simplified_, t)).weights(p);
+    const std::array<Point, 4> corners = corners_of(of_.simplified_, t);
     std::array<double, 4> clamped;
-    std::transform(weight.begin(), weight.end(), clamped.begin(),
-                   [](long double w) { return static_cast<double>(std::clamp(w, 0.0L, 1.0L)); });
+    const auto clamp = [&](const auto& weights) {
+      std::transform(weights.begin(), weights.end(), clamped.begin(),
+                     [](const auto& w) { return std::clamp(static_cast<double>(w), 0.0, 1.0); });
+    };
+    if (of_.simplified_sliver_[t] != 0)
+      clamp(Frame<DoubleDouble>(corners).weights(p));
+    else
+      clamp(Frame<double>(corners).weights(p));
     return against(of_.simplified_.tets[t], clamped);
   }
   /// The errors of the value against the point of the simplified boundary that is closest to p.
@@ -256,22 +263,45 @@ VertexDifference MeshComparison::at_vertices(const ProgressCallback& progress) c
   return result;
 }
 
-OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside, std::uint64_t samples,
-                                                  std::uint64_t seed, const ProgressCallback& progress) const {
+/// By original tet the volume that the simplified mesh leaves of it.
+std::vector<double> MeshComparison::uncovered_volumes(const InsideDifference& inside, bool overlaps_itself,
+                                                      std::uint64_t seed, const ProgressCallback& progress) const {
   // Tets that are covered but for this share count as covered: the rest is rounding, and a point in it hard to draw.
   constexpr double kCovered = 1e-9;
+  const std::size_t tets = original_.tets.size();
+  std::vector<double> uncovered(tets, 0);
+  for (std::size_t t = 0; t < tets; ++t) {
+    const double left = original_tet_volume_[t] - inside.cell_volume[t];
+    if (left > kCovered * original_tet_volume_[t]) uncovered[t] = left;
+    if (left < -kCovered * original_tet_volume_[t]) overlaps_itself = true;
+  }
+  if (!overlaps_itself) return uncovered;
+  // What is covered twice is not known: seen at points.
+  constexpr std::size_t kPoints = 2'000'000;
+  const std::size_t points = std::max<std::size_t>(1, kPoints / std::max<std::size_t>(1, tets));
+  for_each_block(tets, "looking outside", progress, [&](std::size_t begin, std::size_t end) {
+    Sampler sampler(*this);
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!(inside.cell_volume[t] > 0)) continue;
+      Random random(~seed, t);
+      std::array<double, 4> weight;
+      std::size_t outside = 0;
+      for (std::size_t i = 0; i < points; ++i)
+        outside += sampler.draw_outside(static_cast<std::uint32_t>(t), random, 1, weight) ? 1 : 0;
+      uncovered[t] = original_tet_volume_[t] * static_cast<double>(outside) / static_cast<double>(points);
+    }
+  });
+  return uncovered;
+}
+
+OutsideDifference MeshComparison::sampled_outside(const InsideDifference& inside, bool overlaps_itself,
+                                                  std::uint64_t samples, std::uint64_t seed,
+                                                  const ProgressCallback& progress) const {
   constexpr int kDraws = 1000;
   OutsideDifference result;
   const std::size_t fields = components_.size();
   result.fields.resize(fields);
-  std::vector<double> uncovered(original_.tets.size(), 0);
-  for (std::size_t t = 0; t < uncovered.size(); ++t) {
-    // Covered twice somewhere: what is left of others is not known either.
-    if (inside.cell_volume[t] > (1 + kCovered) * original_tet_volume_[t])
-      return sampled(samples, seed, progress).outside;
-    const double left = original_tet_volume_[t] - inside.cell_volume[t];
-    if (left > kCovered * original_tet_volume_[t]) uncovered[t] = left;
-  }
+  const std::vector<double> uncovered = uncovered_volumes(inside, overlaps_itself, seed, progress);
   const std::vector<double> sums = running_sum(uncovered);
   if (sums.empty() || !(sums.back() > 0) || boundary_surface_.size() == 0) return result;
   result.volume = sums.back();

@@ -220,7 +220,7 @@ TEST_CASE("comparison: overlap, inside and outside of a shifted box", "[mesh-com
   CHECK(inside.volume == Approx(0.75 * whole).epsilon(1e-12));
   CHECK(inside.fields[0].max < 1e-12);
 
-  OutsideDifference outside = comparison.sampled_outside(inside, 20000, 5);
+  OutsideDifference outside = comparison.sampled_outside(inside, false, 20000, 5);
   CHECK(outside.points == 20000);
   CHECK(outside.volume == Approx(0.25 * whole).epsilon(1e-9));
   CHECK(outside.fields[0].mean_square == Approx(48).epsilon(0.03));
@@ -262,11 +262,30 @@ TEST_CASE("comparison: the outside of a mesh that overlaps itself", "[mesh-compa
   const MeshComparison a = compare(whole, once), b = compare(whole, thrice);
   const InsideDifference of_a = a.exact_inside(), of_b = b.exact_inside();
   CHECK(of_b.volume == Approx(3 * of_a.volume));
-  const OutsideDifference left = a.sampled_outside(of_a, 20000, 1), found = b.sampled_outside(of_b, 20000, 1);
+  const OutsideDifference left = a.sampled_outside(of_a, false, 20000, 1),
+                          found = b.sampled_outside(of_b, false, 20000, 1);
   CHECK(left.volume == Approx(of_a.volume));
   CHECK(found.volume == Approx(left.volume).epsilon(0.05));
   CHECK(found.fields[0].rms() == Approx(left.fields[0].rms()).epsilon(0.05));
   CHECK(b.sampled(20000, 1).inside.volume == Approx(of_b.volume).epsilon(0.05));
+
+  // Twice half of each tet: what covers it adds up to all of it.
+  TetMesh halves = test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 2}}, {{0, 1, 2, 3}, {0, 1, 2, 3}});
+  const Sample one(test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}}, {{0, 1, 2, 3}}), wavy);
+  const Sample twice(std::move(halves), wavy);
+  const MeshComparison c = compare(one, twice);
+  const InsideDifference of_c = c.exact_inside();
+  REQUIRE(of_c.volume == Approx(64.0 / 6));
+  const OutsideDifference half_left = c.sampled_outside(of_c, true, 2000, 1);
+  CHECK(half_left.volume == Approx(32.0 / 6).epsilon(0.01));
+  CHECK(half_left.points == 2000);
+  // One tet too many takes nothing from how much is looked at.
+  TetMesh more = cube(4, 0, 1);
+  more.tets.erase(more.tets.begin(), more.tets.begin() + 3);
+  more.tets.push_back(more.tets.back());
+  const Sample one_more(more, wavy);
+  const MeshComparison d = compare(whole, one_more);
+  CHECK(d.sampled_outside(d.exact_inside(), false, 2000, 1).points == 2000);
 }
 
 TEST_CASE("comparison: what is too thin to be sampled is counted", "[mesh-comparison]") {
@@ -276,7 +295,7 @@ TEST_CASE("comparison: what is too thin to be sampled is counted", "[mesh-compar
   const Sample b(mapped(cube(3, 0, 1), [&](const Point& p) { return Point{p[0] + film, p[1], p[2]}; }), x);
   const MeshComparison comparison = compare(a, b);
   const InsideDifference inside = comparison.exact_inside();
-  const OutsideDifference outside = comparison.sampled_outside(inside, 2000, 5);
+  const OutsideDifference outside = comparison.sampled_outside(inside, false, 2000, 5);
   CHECK(outside.volume == Approx(film * 48 * 48).epsilon(1e-6));
   CHECK(outside.points + outside.missed == 2000);
   CHECK(outside.missed > 1000);
@@ -358,6 +377,8 @@ TEST_CASE("comparison: slivers count like other tets", "[mesh-comparison]") {
   const InsideDifference none_at_all = compare(a, a).exact_inside();
   CHECK(none_at_all.volume == Approx(64.0 / 6).epsilon(1e-12));
   CHECK(none_at_all.fields[0].max < 1e-10);
+  for (const double difference : compare(a, a).at_vertices().max)
+    CHECK(difference < 1e-10);
 }
 
 TEST_CASE("comparison: meshes apart, flat tets, tets that only touch", "[mesh-comparison]") {
@@ -395,7 +416,7 @@ TEST_CASE("comparison: the same on any number of threads, and for the same seed"
   for (const int threads : {1, 2, 4}) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     const InsideDifference inside = comparison.exact_inside();
-    const OutsideDifference outside = comparison.sampled_outside(inside, 3000, 9);
+    const OutsideDifference outside = comparison.sampled_outside(inside, false, 3000, 9);
     const auto [sampled, beyond] = comparison.sampled(3000, 9);
     const std::vector<double> all = {
         inside.fields[0].max, inside.fields[0].mean_square,  inside.volume,         outside.fields[0].max,

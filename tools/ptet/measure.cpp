@@ -102,6 +102,12 @@ void note_findings(const MeasuredMesh& side, std::vector<std::string>& notes) {
   }
 }
 
+/// What is found of tets that overlap; its boundary must have been looked at.
+bool overlaps_itself(const MeasuredMesh& side) {
+  return side.boundary_intersections > 0 || count_of(side.report, "folded-faces") > 0 ||
+         count_of(side.report, "overlapping-tets") > 0 || count_of(side.report, "duplicate-tets") > 0;
+}
+
 /// Says so where the field of the original has several values at one place.
 void note_overlaps(const MeasuredMesh& original, std::vector<std::string>& notes) {
   const auto says = [&](const char* code) { return count_of(original.report, code) > 0; };
@@ -292,7 +298,8 @@ void measure_fields(const Wishes& wishes, MeasureOutcome& outcome, const Progres
                                           box(simplified.report));
   }
   if (!wishes.samples)
-    outcome.outside = comparison.sampled_outside(outcome.inside, kOutsideSamples, wishes.seed, progress);
+    outcome.outside = comparison.sampled_outside(outcome.inside, overlaps_itself(outcome.simplified), kOutsideSamples,
+                                                 wishes.seed, progress);
   outcome.vertices = comparison.at_vertices(progress);
   comparison.add_vertices(outcome.vertices, outcome.outside);
 }
@@ -359,11 +366,11 @@ void run(const Arguments& arguments) {
                 "--errors: there are no errors to write: " +
                     outcome.notes.back()); // which says why no field is compared
   threads.run([&] {
-    measure_fields(wishes, outcome, progress.callback());
-    measure_boundaries(wishes, outcome, progress.callback());
     for (MeasuredMesh* side : {&outcome.original, &outcome.simplified})
       side->boundary_intersections =
           count_boundary_intersections(side->found.points, side->found.boundary.faces, progress.callback());
+    measure_fields(wishes, outcome, progress.callback());
+    measure_boundaries(wishes, outcome, progress.callback());
     note_overlaps(outcome.original, outcome.notes);
   });
   if (arguments.errors) {
