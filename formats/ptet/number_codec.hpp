@@ -3,9 +3,8 @@
 //
 //   unsigned   the length in bits by a tree of contexts, the two bits below the leading one by contexts, the rest as is
 //   signed     the magnitude, then the sign
-//   scalar     its rank among the values of its type, less that of the prediction; where a column has a precision of
-//   its
-//              own (see Precision), its rank among the values that have it
+//   scalar     its rank, less that of the prediction: among the values of its type, or where the column has one of its
+//              precision (see Precision)
 //   code       of an error: its difference from what is expected
 #pragma once
 

@@ -25,6 +25,18 @@ DecimalRanking::DecimalRanking(ScalarType type, unsigned digits)
     beyond_[static_cast<std::size_t>(exponent + kMaxExponent)] = scale_by_ten(kPowerOfTen[digits], exponent);
 }
 
+const DecimalRanking& decimal_ranking(ScalarType type, unsigned digits) {
+  const auto all_of = [](ScalarType of) {
+    std::vector<DecimalRanking> rankings;
+    for (unsigned s = 1; s <= DecimalRanking::max_digits(of); ++s)
+      rankings.emplace_back(of, s);
+    return rankings;
+  };
+  static const std::vector<DecimalRanking> of_float = all_of(ScalarType::kFloat32);
+  static const std::vector<DecimalRanking> of_double = all_of(ScalarType::kFloat64);
+  return (type == ScalarType::kFloat32 ? of_float : of_double)[digits - 1];
+}
+
 std::int64_t DecimalRanking::nearest(double value) const {
   const double magnitude = value < 0 ? -value : value;
   const auto first = static_cast<double>(first_);
@@ -100,7 +112,7 @@ Precision find_precision(const PointArray& array, std::uint32_t component) {
   const unsigned bits = fraction_bits(array.type) + 1 - zeros;
   for (unsigned digits = 1; digits <= DecimalRanking::max_digits(array.type); ++digits) {
     if (zeros > 0 && kBitsPerDigit * digits > bits) break;
-    const DecimalRanking ranking(array.type, digits);
+    const DecimalRanking& ranking = decimal_ranking(array.type, digits);
     if (nearly_all(array, component, [&](std::uint64_t r) { return ranking.exact(r); }))
       return {static_cast<std::uint8_t>(digits), 0};
   }

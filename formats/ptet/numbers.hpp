@@ -126,6 +126,9 @@ private:
   return type == ScalarType::kFloat32 ? 23 : 52;
 }
 
+/// That of a type and a number of digits, made once. Thread rule: any.
+[[nodiscard]] const DecimalRanking& decimal_ranking(ScalarType type, unsigned digits);
+
 /// The value rank of a float without the lowest bits of the fraction, which are 0: those of a rank are then all alike.
 [[nodiscard]] inline std::optional<std::uint64_t> without_zeros(ScalarType type, unsigned zero_bits,
                                                                 std::uint64_t value_rank) {

@@ -12,8 +12,7 @@ constexpr std::uint64_t kMaxContexts = 1U << 22;
 constexpr std::size_t kLastSlot = 3;
 
 void set_precision(Column& column, Precision precision) {
-  column.decimals.reset();
-  if (precision.decimal_digits != 0) column.decimals.emplace(column.type, precision.decimal_digits);
+  column.decimals = precision.decimal_digits != 0 ? &decimal_ranking(column.type, precision.decimal_digits) : nullptr;
   column.zero_bits = precision.zero_bits;
 }
 

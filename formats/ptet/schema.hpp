@@ -28,8 +28,8 @@ inline constexpr std::uint32_t kMaxExpansion = 1024;
 struct Column {
   ScalarType type = ScalarType::kFloat32;
   unsigned bits = 32;
-  std::optional<DecimalRanking> decimals;
-  unsigned zero_bits = 0; ///< see Precision
+  const DecimalRanking* decimals = nullptr; ///< null: none
+  unsigned zero_bits = 0;                   ///< see Precision
   // First contexts.
   std::uint32_t escape = 0;
   std::uint32_t sign = 0;

@@ -22,12 +22,13 @@ using test::FileParts;
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kSlack = 64 * kMiB;
 constexpr std::size_t kLimits[] = {kMiB / 4, 4 * kMiB, 64 * kMiB};
+constexpr std::size_t kLargeLimits[] = {64 * kMiB, 256 * kMiB};
 
 int failures = 0;
 std::size_t files = 0, refused = 0, worst_beyond = 0;
 
-void check(const Bytes& bytes, const std::string& what) {
-  for (const std::size_t limit : kLimits) {
+void check(const Bytes& bytes, const std::string& what, std::span<const std::size_t> limits = kLimits) {
+  for (const std::size_t limit : limits) {
     OpenOptions options;
     options.limits.max_bytes = limit;
     auto copy = bytes;
@@ -132,6 +133,30 @@ void grow_base(const Bytes& sample) {
     }
 }
 
+/// Arrays of as many components as there may be: a byte of the section is one.
+void grow_components(const Bytes& sample) {
+  constexpr std::uint32_t kComponents = 1024;
+  for (const std::uint32_t arrays : {50U, 840U}) {
+    FileParts parts(sample);
+    file::FixedHeader fixed = header_of(parts);
+    file::Header more;
+    std::vector<file::Precisions> precisions{file::Precisions(3)};
+    for (std::uint32_t a = 0; a < arrays; ++a) {
+      more.arrays.push_back({"more " + std::to_string(a), ScalarType::kUInt8, kComponents});
+      precisions.emplace_back(kComponents);
+    }
+    file::ByteWriter out;
+    out.put_bytes(parts.of(file::SectionKind::kArrays));
+    file::put_arrays(out, more, precisions);
+    parts.of(file::SectionKind::kArrays) = out.take();
+    fixed.array_count += arrays;
+    set_header(parts, fixed);
+    Bytes& base = parts.of(file::SectionKind::kBase);
+    pad(base, base.size() + std::size_t{fixed.header.base_vertex_count} * arrays * kComponents);
+    check(join(parts), std::to_string(arrays) + " arrays of many components", kLargeLimits);
+  }
+}
+
 /// Manifest and arrays that are long, and a manifest of nothing but empty texts.
 void grow_texts(const Bytes& sample) {
   for (const file::SectionKind kind : {file::SectionKind::kManifest, file::SectionKind::kArrays}) {
@@ -228,6 +253,7 @@ int main() {
     change_header(sample);
     grow_base(sample);
     grow_texts(sample);
+    grow_components(sample);
     grow_table(sample);
     grow_generations(sample);
   }
