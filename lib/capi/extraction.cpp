@@ -155,7 +155,7 @@ int32_t ptet_extraction_is_unmet(const ptet_extraction* extraction, const ptet_r
     if (part == PTET_PART_FOCUS && number < all.focus.size()) wish.focus = {all.focus[number]};
     if (part == PTET_PART_VALUES && number < all.values.size()) wish.values = {all.values[number]};
     if (part == PTET_PART_VIEW && number == 0) wish.view = all.view;
-    const UnmetWishes unmet = unmet_wishes(wish, extraction->extraction.mesh);
+    const UnmetWishes unmet = unmet_wishes(wish, extraction->extraction);
     return unmet.focus.empty() && unmet.values.empty() && !unmet.view ? 0 : 1;
   } catch (...) {
     return 0; // no memory to look

@@ -59,14 +59,18 @@ private:
 
 class WishCheck {
 public:
-  explicit WishCheck(const TetMesh& mesh) : mesh_(mesh), boxes_(mesh.tets) {}
+  explicit WishCheck(const Extraction& answer)
+      : mesh_(answer.mesh),
+        is_all_(answer.complete && answer.limited_by != LimitedBy::kTime && answer.limited_by != LimitedBy::kBudget),
+        around_(is_all_ ? 0 : answer.domain_error), boxes_(mesh_.tets) {}
 
   bool is_met(const Focus& focus) {
     return boxes_.any_of([&](TetRun run) { return box_around(mesh_, run); },
-                         [&](const BoundingBox& box) { return meets(focus.region, box.low, box.high); },
-                         [&](const Tet& tet) { return meets(focus.region, corners_of(mesh_, tet)); });
+                         [&](const BoundingBox& box) { return meets(focus.region, box.low, box.high, around_); },
+                         [&](const Tet& tet) { return meets(focus.region, corners_of(mesh_, tet), around_); });
   }
   bool is_met(const ValuesOfInterest& wanted) {
+    if (!is_all_) return true; // for all that is known
     const PointArray* const array = mesh_.find(wanted.field);
     if (array == nullptr) return false;
     return values_.try_emplace(array, mesh_.tets)
@@ -80,9 +84,9 @@ public:
     const Camera camera(view);
     return boxes_.any_of([&](TetRun run) { return box_around(mesh_, run); },
                          [&](const BoundingBox& box) {
-                           return camera.meets(Box{box.low, box.high});
+                           return camera.meets(Box{box.low, box.high}, around_);
                          },
-                         [&](const Tet& tet) { return camera.meets(corners_of(mesh_, tet)); });
+                         [&](const Tet& tet) { return camera.meets(corners_of(mesh_, tet), around_); });
   }
   template <class Wish>
   std::vector<std::size_t> unmet(const std::vector<Wish>& wishes) {
@@ -94,14 +98,16 @@ public:
 
 private:
   const TetMesh& mesh_;
+  bool is_all_;   ///< the mesh is what was asked for, not cut short
+  double around_; ///< so far from it what it lacks may be
   Runs<BoundingBox> boxes_;
   std::map<const PointArray*, Runs<ValuesOfRun>> values_;
 };
 
 } // namespace
 
-UnmetWishes unmet_wishes(const Request& request, const TetMesh& mesh) {
-  WishCheck check(mesh);
+UnmetWishes unmet_wishes(const Request& request, const Extraction& answer) {
+  WishCheck check(answer);
   return {check.unmet(request.focus), check.unmet(request.values), request.view && !check.is_met(*request.view)};
 }
 

@@ -306,17 +306,52 @@ TEST_CASE("dataset: wishes that meet nothing are known by their places") {
   Request request;
   request.focus = {{Sphere{{1e6, 0, 0}, 1}}, {Sphere{{0, 0, 0}, 1}}, {Box{{-3, -3, -3}, {-1, -1, -1}}}};
   request.values = {{"pressure", 1e6, 2e6}, {"pressure", -1e6, 1e6}, {"flow", -2, -1}, {"flow", -1, 1e6}};
-  const UnmetWishes unmet = unmet_wishes(request, dataset()->extract(request).mesh);
+  const UnmetWishes unmet = unmet_wishes(request, dataset()->extract(request));
   CHECK(unmet.focus == std::vector<std::size_t>{0, 2});
   CHECK(unmet.values == std::vector<std::size_t>{0, 2});
-  CHECK(unmet_wishes({}, mesh()).focus.empty());
-  CHECK(unmet_wishes({}, mesh()).values.empty());
+  const Extraction whole = dataset()->extract({});
+  CHECK(unmet_wishes({}, whole).focus.empty());
+  CHECK(unmet_wishes({}, whole).values.empty());
   CHECK_FALSE(unmet.view);
   const Point eye{0, 0, 1e4}, at_it{0, 0, -1}, away{0, 0, 1};
   request.view = View{eye, at_it};
-  CHECK_FALSE(unmet_wishes(request, mesh()).view);
+  CHECK_FALSE(unmet_wishes(request, whole).view);
   request.view = View{eye, away};
-  CHECK(unmet_wishes(request, mesh()).view);
+  CHECK(unmet_wishes(request, whole).view);
+}
+
+TEST_CASE("dataset: what a mesh that was cut short has not, the original may have") {
+  // A peak at a vertex that the base does not have.
+  const PointArray& pressure = *mesh().find("pressure");
+  double greatest = -INFINITY;
+  for (std::uint32_t v = 0; v < mesh().vertex_count(); ++v)
+    greatest = std::max(greatest, pressure.value(v, 0));
+  Request request;
+  request.values = {{"pressure", greatest, greatest}, {"pressure", 1e6, 2e6}};
+  request.focus = {{Sphere{{1e6, 0, 0}, 1}}};
+  request.view = View{{0, 0, 1e4}, {0, 0, 1}};
+  request.max_tets = 0;
+  Extraction cut = dataset()->extract(request);
+  REQUIRE(cut.limited_by == LimitedBy::kBudget);
+  UnmetWishes unmet = unmet_wishes(request, cut);
+  CHECK(unmet.values.empty());
+  CHECK(unmet.focus.size() == 1);
+  CHECK(unmet.view);
+  // As far from the mesh as its domain error there may be something.
+  Point beside{INFINITY, 0, 0};
+  for (std::uint32_t v = 0; v < cut.mesh.vertex_count(); ++v)
+    beside = std::min(beside, cut.mesh.position(VertexId(v)));
+  beside[0] -= 1 + 0.5;
+  request.focus = {{Sphere{beside, 1}}};
+  cut.domain_error = 1;
+  CHECK(unmet_wishes(request, cut).focus.empty());
+  cut.limited_by = LimitedBy::kError;
+  CHECK(unmet_wishes(request, cut).focus.size() == 1);
+  CHECK(unmet_wishes(request, cut).values.size() >= 1);
+  cut.complete = false;
+  unmet = unmet_wishes(request, cut);
+  CHECK(unmet.focus.empty());
+  CHECK(unmet.values.empty());
 }
 
 TEST_CASE("dataset: vectors too long for a number are among the values of interest") {

@@ -33,7 +33,7 @@ std::pair<double, double> value_interval(const PointArray& array, const TetMesh&
 std::vector<std::string> notes_on_wishes(const ExtractOutcome& outcome) {
   const TetMesh& mesh = outcome.extraction.mesh;
   const Request& request = outcome.request;
-  const UnmetWishes unmet = unmet_wishes(request, mesh);
+  const UnmetWishes unmet = unmet_wishes(request, outcome.extraction);
   std::vector<std::string> notes;
   const std::string in_box = ": the mesh is in the box " + placed(outcome.info.box_min, outcome.info.diagonal) +
                              " to " + placed(outcome.info.box_max, outcome.info.diagonal);

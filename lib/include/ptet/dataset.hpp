@@ -144,10 +144,11 @@ struct UnmetWishes {
   std::vector<std::size_t> values; ///< indices into Request::values of the intervals that no point has a value in
   bool view = false;               ///< whether Request::view is there and no tet of the mesh is in its picture
 };
-/// `mesh`: that of the Extraction that answered the request, which should be complete, and not be limited by time or a
-/// budget: what is missing of another may have what was asked for. Thread rule: const. Cost: a look at every tet at
-/// most, and at a hundredth of them for each further wish.
-[[nodiscard]] UnmetWishes unmet_wishes(const Request& request, const TetMesh& mesh);
+/// `answer`: what the request was answered with. Where that was cut short by a budget or by time, or is not complete,
+/// what is missing may have what was asked for: then regions and views are named that are farther from the mesh than
+/// its domain error, and no values. Thread rule: const. Cost: a look at every tet at most, and at a hundredth of them
+/// for each further wish.
+[[nodiscard]] UnmetWishes unmet_wishes(const Request& request, const Extraction& answer);
 
 /// What the file says of a tet by the record that made it, see Extraction::made_by.
 enum class OriginValue {

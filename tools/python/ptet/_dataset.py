@@ -176,8 +176,7 @@ class Dataset:
         extraction = Extraction(core, self.info, origins, request.input_order)
         if not (extraction.complete or self.salvage):
             _raise_shortfall(extraction, self.info)
-        if extraction.complete and extraction.limited_by not in ("time", "budget"):
-            self._warn_of_unmet(request, core, intervals)
+        self._warn_of_unmet(request, core, intervals)
         return extraction
 
     def _warn_of_unmet(self, request: _core.Request, core: _core.Extraction, wanted: list[Values]) -> None:

@@ -227,7 +227,7 @@ void bind_dataset(py::module_& module) {
       });
   module.def("unmet_wishes", [](const Request& request, const Extraction& extraction) {
     const UnmetWishes unmet =
-        without_gil(py::none(), [&](const ProgressCallback&) { return unmet_wishes(request, extraction.mesh); });
+        without_gil(py::none(), [&](const ProgressCallback&) { return unmet_wishes(request, extraction); });
     return std::tuple(unmet.focus, unmet.values, unmet.view);
   });
   module.def("open_path", [](const std::string& path, const OpenOptions& options) {
