@@ -54,12 +54,16 @@ void check(const std::string& path, const TetMesh& mesh, const WriteOptions& opt
   const std::size_t vertices = mesh.vertex_count();
   if (mesh.positions.components != 3 || mesh.positions.bytes.size() != vertices * mesh.positions.row_bytes())
     bad_input("positions are not rows of three");
+  const auto not_as_text = [&](const std::string& what) {
+    bad_input(what + " holds NaN or infinity, which VTK does not read from decimal numbers");
+  };
+  const bool is_text = options.encoding == Encoding::kAscii;
+  if (is_text && !is_finite(mesh.positions)) not_as_text("a position");
   std::set<std::string> names;
   for (const PointArray& array : mesh.point_arrays) {
     if (array.components == 0 || array.bytes.size() != vertices * array.row_bytes())
       bad_input("point array '" + array.name + "' does not have one row for each vertex");
-    if (options.encoding == Encoding::kAscii && !is_finite(array))
-      bad_input("point array '" + array.name + "' holds NaN or infinity, which VTK does not read from decimal numbers");
+    if (is_text && !is_finite(array)) not_as_text("point array '" + array.name + "'");
     if (!names.insert(array.name).second) bad_input("two point arrays are called '" + array.name + "'");
   }
   for (std::size_t i = 0; i < mesh.tets.size(); ++i) {
@@ -71,6 +75,10 @@ void check(const std::string& path, const TetMesh& mesh, const WriteOptions& opt
     if (std::visit([](const auto& values) { return values.size(); }, array.values) != mesh.tets.size())
       throw Error(ErrorCode::kBadArgument,
                   path + ": cell array '" + array.name + "' does not have one value for each tet");
+    const auto are_finite = [](const auto& values) {
+      return std::all_of(values.begin(), values.end(), [](auto x) { return std::isfinite(static_cast<double>(x)); });
+    };
+    if (is_text && !std::visit(are_finite, array.values)) not_as_text("cell array '" + array.name + "'");
   }
 }
 

@@ -369,6 +369,8 @@ VIOLATIONS = {
     "records_per_block": in_header("H", 48, 0),
     "position_type": in_header("B", 50, 10),
     "precision of positions": in_header("B", 51, 8),
+    "no zero bits of positions": in_header("B", 51, 64),
+    "more zero bits of positions than there are": in_header("B", 51, 64 + 24),
     "box that ends before it begins": in_header("d", 56, 2.0),
     "box with NaN": in_header("d", 56, math.nan),
     "box without an end": lambda parts: [in_header("d", at, x)(parts) for at, x in ((56, -1.5e308), (80, 1.5e308))],

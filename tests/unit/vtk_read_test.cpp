@@ -354,6 +354,8 @@ TEST_CASE("what is not a tetrahedral mesh is refused by name", "[vtk]") {
   SECTION("a surface dataset") {
     CHECK_THAT(failure_of_text("<VTKFile type=\"PolyData\" version=\"0.1\"><PolyData/></VTKFile>", "mesh.vtp").message,
                Catch::Contains("holds a surface"));
+    CHECK_THAT(failure_of_text("# vtk DataFile Version 4.2\nsurface\nASCII\nDATASET POLYDATA\n", "mesh.vtk").message,
+               Catch::Contains("holds a surface"));
     CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\n", "mesh.vtk").message,
                Catch::Contains("holds a dataset of type 'structured_points'"));
   }

@@ -153,6 +153,11 @@ TEST_CASE("values that are not finite come back from binary files", "[vtk]") {
   write_mesh(folder / "mesh.vtu", mesh, {encoding, Compressor::kZlib, {}});
   check_same(read_mesh(folder / "mesh.vtu"), mesh);
   CHECK(code_of_writing(folder / "decimal.vtu", mesh, {Encoding::kAscii, {}, {}}) == ErrorCode::kBadInput);
+  mesh.point_arrays.clear();
+  CHECK(code_of_writing(folder / "decimal.vtu", mesh,
+                        {Encoding::kAscii, {}, {{"c", std::vector<double>(1, std::nan(""))}}}) == ErrorCode::kBadInput);
+  store(mesh.positions.bytes.data(), std::numeric_limits<float>::infinity());
+  CHECK(code_of_writing(folder / "decimal.vtu", mesh, {Encoding::kAscii, {}, {}}) == ErrorCode::kBadInput);
   CHECK(folder.names().size() == 1);
 }
 

@@ -143,7 +143,9 @@ void make_picture(const ViewArguments& arguments, const view::Look& look) {
   if (ending_of(*arguments.screenshot) != ".png")
     refuse("--screenshot", *arguments.screenshot, "the ending must be .png");
   const std::string target = checked_output("--screenshot", *arguments.screenshot, arguments.input);
-  const auto dataset = Dataset::open(arguments.input);
+  OpenOptions options;
+  options.limits = machine_limits();
+  const auto dataset = Dataset::open(arguments.input, options);
   const view::Settings settings = settings_of(arguments, dataset->info());
   std::unique_ptr<view::VirtualDisplay> display;
   if (!view::has_display()) display = std::make_unique<view::VirtualDisplay>();
@@ -166,6 +168,7 @@ void make_picture(const ViewArguments& arguments, const view::Look& look) {
 void open_window(const ViewArguments& arguments, const view::Look& look) {
   OpenOptions options;
   options.background = true;
+  options.limits = machine_limits();
   const auto dataset = Dataset::open(arguments.input, options);
   const view::Settings settings = settings_of(arguments, dataset->info());
   if (!view::has_display()) {
