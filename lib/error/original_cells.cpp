@@ -1,8 +1,10 @@
 #include "error/original_cells.hpp"
 
 #include "error/double_double.hpp"
+#include "mesh/disjoint_sets.hpp"
 #include "mesh/predicates.hpp"
 #include "mesh/vec3.hpp"
+#include "ptet/error.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +15,12 @@ namespace ptet {
 using namespace vec;
 namespace {
 
-/// A tet of no more height, as a part of the mesh's diagonal, is thin. A version, which is no larger, sees what is
+/// A tet of no more height, as a part of the diagonal of its body, is thin. A version, which is no larger, sees what is
 /// within 1e-10 of its height from its plane as on it.
 constexpr double kThinTet = 1e-9;
+/// Tets behind thin ones, in all lists together: so many, or so many times the tets. Where a body is 1e9 times as large
+/// as its tets, as with a vertex that is far off, every tet is near every vertex.
+constexpr std::size_t kMostBehind = std::size_t{1} << 25, kMostBehindPerTet = 256;
 
 double least_height(const std::array<Point, 4>& x, double volume) {
   double area = 0;
@@ -34,6 +39,7 @@ OriginalCells::OriginalCells(const PreparedMesh& mesh, ChannelView fields)
   find_boundary();
   make_stars();
   find_behind_thin();
+  std::vector<std::uint32_t>().swap(body_of_);
 }
 
 void OriginalCells::describe_fields() {
@@ -62,13 +68,27 @@ void OriginalCells::make_cells() {
 }
 
 void OriginalCells::find_thin() {
-  BoundingBox box;
+  DisjointSets<std::uint32_t> bodies(on_boundary.size());
   for (const Cell& cell : cells)
-    for (const std::uint32_t v : cell.v)
-      box.add(point(v));
-  const double height = thin_height_ = kThinTet * norm(box.high - box.low);
+    for (std::size_t k = 1; k < 4; ++k)
+      bodies.join(cell.v[0], cell.v[k]);
+  std::vector<BoundingBox> boxes;
+  body_of_.resize(on_boundary.size());
+  for (std::uint32_t v = 0; v < body_of_.size(); ++v) {
+    const std::uint32_t root = bodies.root(v); // no greater than v
+    if (root == v) {
+      body_of_[v] = static_cast<std::uint32_t>(boxes.size());
+      boxes.emplace_back();
+    } else {
+      body_of_[v] = body_of_[root];
+    }
+    boxes[body_of_[v]].add(point(v));
+  }
+  for (const BoundingBox& box : boxes)
+    thin_height_.push_back(kThinTet * norm(box.high - box.low));
   for (std::uint32_t t = 0; t < cells.size(); ++t) {
     const Cell& cell = cells[t];
+    const double height = thin_height(t);
     const std::array<Point, 4> x{point(cell.v[0]), point(cell.v[1]), point(cell.v[2]), point(cell.v[3])};
     const BoundingBox around = box_of(x);
     const Vec3 sides = around.high - around.low;
@@ -149,6 +169,11 @@ void OriginalCells::find_behind_thin() {
     for (std::size_t next = 0; next < open.size(); ++next) {
       const Cell& cell = cells[open[next]];
       if (!cell.is_flat()) behind_.push_back(open[next]);
+      if (behind_.size() > std::max(kMostBehind, kMostBehindPerTet * cells.size()))
+        throw Error(
+            ErrorCode::kLimit,
+            "a body of this mesh is more than 1e9 times as large as many of its tets, too much for errors to be "
+            "measured exactly (is a vertex far from all others?); by method QN it can be built");
       for (const std::uint32_t v : cell.v) {
         if (point(v) != place) continue;
         const std::size_t other = place_among_thin(v);
@@ -158,7 +183,7 @@ void OriginalCells::find_behind_thin() {
         if (other != kOutside && is_near(other, place)) look_at(other);
     }
     std::sort(behind_.begin() + behind_begin_.back(), behind_.end());
-    behind_begin_.push_back(static_cast<std::uint32_t>(behind_.size()));
+    behind_begin_.push_back(behind_.size());
   }
 }
 
@@ -168,8 +193,8 @@ bool OriginalCells::is_near(std::uint32_t t, const Point& place) const {
   const auto& v = cells[t].v;
   BoundingBox box = box_of<4>({point(v[0]), point(v[1]), point(v[2]), point(v[3])});
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    box.low[axis] -= kThinTetsBetween * thin_height_;
-    box.high[axis] += kThinTetsBetween * thin_height_;
+    box.low[axis] -= kThinTetsBetween * thin_height(t);
+    box.high[axis] += kThinTetsBetween * thin_height(t);
   }
   return box.contains(place);
 }

@@ -32,7 +32,7 @@ struct OriginalCells {
     [[nodiscard]] bool is_flat() const { return !(volume > 0); }
   };
 
-  /// Both must outlive the object.
+  /// Both must outlive the object. Throws Error(kLimit) for a mesh of thin tets that lie on one another by the hundred.
   OriginalCells(const PreparedMesh& mesh, ChannelView fields);
 
   [[nodiscard]] const Point& point(std::uint32_t v) const { return prepared.points[v]; }
@@ -72,11 +72,14 @@ private:
   [[nodiscard]] double volume_of(const std::array<std::uint32_t, 4>& tet) const;
   [[nodiscard]] StarCones cones_of(std::uint32_t v) const;
 
-  double thin_height_ = 0;                     ///< up to which a tet is thin
-  std::vector<std::uint32_t> thin_vertices_;   ///< of thin tets, ascending
-  std::vector<std::uint32_t> list_of_;         ///< by place in these
-  std::vector<std::uint32_t> behind_begin_{0}; ///< by list, into behind_
-  std::vector<std::uint32_t> behind_;          ///< tets
+  [[nodiscard]] double thin_height(std::uint32_t t) const { return thin_height_[body_of_[cells[t].v[0]]]; }
+
+  std::vector<std::uint32_t> body_of_;       ///< by vertex, while the object is made: what hangs together by vertices
+  std::vector<double> thin_height_;          ///< by body, up to which a tet is thin
+  std::vector<std::uint32_t> thin_vertices_; ///< of thin tets, ascending
+  std::vector<std::uint32_t> list_of_;       ///< by place in these
+  std::vector<std::size_t> behind_begin_{0}; ///< by list, into behind_
+  std::vector<std::uint32_t> behind_;        ///< tets
 };
 
 } // namespace ptet

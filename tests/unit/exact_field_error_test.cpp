@@ -357,6 +357,33 @@ TEST_CASE("a common offset of the values loses none of the error") {
   }
 }
 
+TEST_CASE("what is thin is told by the size of the body that it is of") {
+  const TetMesh grid = test::grid({{4, 4, 4}, {}, 3, 1});
+  std::vector<Point> points;
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (std::uint32_t v = 0; v < grid.vertex_count(); ++v)
+    points.push_back(grid.position(VertexId(v)));
+  for (const Tet& tet : grid.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  const auto is_thin = [&](std::size_t tet) {
+    const PreparedMesh prepared = prepare(test::make_mesh(points, tets, ScalarType::kFloat64));
+    const std::vector<double> values(prepared.used_vertex_count);
+    const std::size_t field = 0;
+    const OriginalCells original(prepared, {values, 1, {&field, 1}});
+    return original.is_thin(static_cast<std::uint32_t>(tet));
+  };
+  const auto first = static_cast<std::uint32_t>(points.size());
+  constexpr double kFar = 1e13;
+  for (const Point& p : {Point{kFar, 0, 0}, Point{kFar + 8, 0, 0}, Point{kFar, 8, 0}, Point{kFar, 0, 8}})
+    points.push_back(p);
+  tets.push_back({first, first + 1, first + 2, first + 3});
+  CHECK(!is_thin(0)); // the far one is a body by itself
+  tets.back() = {tets[0][0], tets[0][1], tets[0][2], first};
+  if (orientation(points[tets.back()[0]], points[tets.back()[1]], points[tets.back()[2]], points[first]) < 0)
+    std::swap(tets.back()[0], tets.back()[1]);
+  CHECK(is_thin(0));
+}
+
 TEST_CASE("a box is beyond a version where one of its planes has every vertex in it on the outer side") {
   const PreparedMesh prepared = prepare(test::grid({{4, 4, 4}, {}, 3, 1}));
   const std::vector<double> values(prepared.used_vertex_count);
