@@ -139,7 +139,7 @@ bool CollapseCheck::spoils_shapes() {
     float quality = 0;
     if (!complex_.is_ghost(slot)) {
       const auto at = [&](std::size_t i) -> const Point& { return positions_[slot.v[i] == vs ? vd : slot.v[i]]; };
-      quality = static_cast<float>(shape_quality(at(0), at(1), at(2), at(3)));
+      quality = std::max(0.0F, static_cast<float>(shape_quality(at(0), at(1), at(2), at(3)))); // flat: but for rounding
       if (quality < min_quality_ && quality < worst_old_) return true;
     }
     plan_.new_quality.push_back(quality);

@@ -114,8 +114,9 @@ void Collapser::begin_records() {
   reserve_large(records_.field_error, most * fields_.field_count());
   for (SlotId s = 0; s < complex_.slot_count(); ++s)
     if (Slot& slot = complex_.slot(s); !complex_.is_ghost(slot))
-      slot.quality = static_cast<float>(shape_quality(prepared_.points[slot.v[0]], prepared_.points[slot.v[1]],
-                                                      prepared_.points[slot.v[2]], prepared_.points[slot.v[3]]));
+      slot.quality =
+          std::max(0.0F, static_cast<float>(shape_quality(prepared_.points[slot.v[0]], prepared_.points[slot.v[1]],
+                                                          prepared_.points[slot.v[2]], prepared_.points[slot.v[3]])));
 }
 
 void Collapser::end_records() {

@@ -1,6 +1,7 @@
 #include "build/memory_need.hpp"
 
 #include "build/process_memory.hpp"
+#include "build/startable_threads.hpp"
 #include "formats/ptet/schema.hpp"
 #include "formats/ptet/writer.hpp"
 #include "mesh/governing.hpp"
@@ -40,7 +41,8 @@ bool measures_in_loop(const BuildOptions& options) {
 }
 
 unsigned threads_of(const BuildOptions& options) {
-  return options.threads != 0 ? options.threads : static_cast<unsigned>(oneapi::tbb::info::default_concurrency());
+  return options.threads != 0 ? std::min(options.threads, kMostThreads)
+                              : static_cast<unsigned>(oneapi::tbb::info::default_concurrency());
 }
 
 double records_of(const BuildCounts& counts, const BuildOptions& options) {

@@ -34,9 +34,8 @@ std::vector<std::uint32_t> governing_arrays(const TetMesh& mesh, const std::vect
   return chosen;
 }
 
-/// Of one component over the used vertices.
-double spread_of(const PointArray& array, const PreparedMesh& prepared, std::uint32_t component,
-                 std::vector<std::string>& notes) {
+/// Of one component over the used vertices. `note` gets what is odd about its values, where nothing is in it yet.
+double spread_of(const PointArray& array, const PreparedMesh& prepared, std::uint32_t component, std::string& note) {
   std::vector<double> values(prepared.used_vertex_count);
   if (values.empty()) return 0;
   const ValueOffset offset(array, 0, component);
@@ -54,17 +53,18 @@ double spread_of(const PointArray& array, const PreparedMesh& prepared, std::uin
     throw Error(ErrorCode::kBadInput, "the integers of field '" + array.name +
                                           "' span 2^53 or more, its errors cannot be measured: leave it out of the "
                                           "governing fields by naming the others, or give it as float64");
-  if (const auto odd = has_wide_integers(array) ? std::nullopt : odd_range(values)) // those are without their offset
-    notes.push_back(fill_values_note(array.name, *odd));
+  if (note.empty() && !has_wide_integers(array)) // those are without their offset
+    if (const auto odd = odd_range(values)) note = fill_values_note(array.name, *odd);
   return range;
 }
 
 /// Diagonal of the box of values over the used vertices; for one component the range.
 double range_of(const PointArray& array, const PreparedMesh& prepared, std::vector<std::string>& notes) {
   double range = 0;
-  for (std::uint32_t component = 0; component < array.components; ++component) {
-    range = std::hypot(range, spread_of(array, prepared, component, notes));
-  }
+  std::string note; // one for all components
+  for (std::uint32_t component = 0; component < array.components; ++component)
+    range = std::hypot(range, spread_of(array, prepared, component, note));
+  if (!note.empty()) notes.push_back(std::move(note));
   if (!std::isfinite(range))
     throw Error(ErrorCode::kBadInput,
                 "the range of field '" + array.name +

@@ -19,8 +19,9 @@ public:
   /// 0: as many as the machine has. More than there are cores are allowed, where they are asked for; fewer than wanted
   /// it is where the system refuses some.
   explicit Threads(unsigned wanted)
-      : count_(static_cast<int>(startable_threads(
-            wanted == 0 ? static_cast<unsigned>(oneapi::tbb::info::default_concurrency()) : std::min(wanted, kMost)))),
+      : count_(static_cast<int>(startable_threads(wanted == 0
+                                                      ? static_cast<unsigned>(oneapi::tbb::info::default_concurrency())
+                                                      : std::min(wanted, kMostThreads)))),
         control_(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count_)),
         arena_(count_) {}
 
@@ -31,8 +32,6 @@ public:
   }
 
 private:
-  static constexpr unsigned kMost = 1024;
-
   int count_;
   oneapi::tbb::global_control control_;
   oneapi::tbb::task_arena arena_;

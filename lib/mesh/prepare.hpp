@@ -22,7 +22,7 @@ struct PreparedMesh {
   /// By vertex: positions as doubles, less an origin of their own where the mesh lies far from 0 (local_origin.hpp),
   /// which is exact for used vertices.
   std::vector<Point> points;
-  /// By vertex, 1: must not take part in a collapse. It lies on a boundary edge of other than two boundary faces, is a
+  /// By vertex, 1: must not be removed. It lies on a boundary edge of other than two boundary faces, is a
   /// vertex whose closed link is no sphere, or belongs to a tet at a folded face.
   std::vector<char> frozen;
   std::vector<Face> boundary_faces; ///< outward oriented, in the order of the tets they bound

@@ -16,11 +16,11 @@ std::array<T, 4> corner_to_front(const std::array<T, 4>& values, std::uint32_t c
 }
 
 /// A face of a cell without its least vertex.
-struct HalfFace {
+struct KeyedFace {
   VertexId middle, greatest;
   std::uint32_t cell, corner;
 
-  [[nodiscard]] bool same_face(const HalfFace& other) const {
+  [[nodiscard]] bool same_face(const KeyedFace& other) const {
     return middle == other.middle && greatest == other.greatest;
   }
 };
@@ -42,7 +42,7 @@ void for_each_face(std::span<const Tet> cells, std::size_t first, std::uint32_t 
   std::size_t total = 0;
   for (std::size_t& count : begin)
     total += std::exchange(count, total);
-  std::vector<HalfFace> faces(total);
+  std::vector<KeyedFace> faces(total);
   for (std::size_t cell = first; cell < cells.size(); ++cell)
     for (std::uint32_t corner = 0; corner < 4; ++corner)
       if (wanted(cell, corner)) {
@@ -53,12 +53,13 @@ void for_each_face(std::span<const Tet> cells, std::size_t first, std::uint32_t 
   auto bucket = faces.begin();
   for (std::uint32_t v = 0; v < vertex_count; ++v) {
     const auto bucket_end = faces.begin() + static_cast<std::ptrdiff_t>(begin[v]);
-    std::sort(bucket, bucket_end, [](const HalfFace& x, const HalfFace& y) {
+    std::sort(bucket, bucket_end, [](const KeyedFace& x, const KeyedFace& y) {
       return std::tie(x.middle, x.greatest, x.cell, x.corner) < std::tie(y.middle, y.greatest, y.cell, y.corner);
     });
     while (bucket != bucket_end) {
-      const auto run = std::find_if(bucket, bucket_end, [&](const HalfFace& face) { return !face.same_face(*bucket); });
-      visit(std::span<const HalfFace>(&*bucket, static_cast<std::size_t>(run - bucket)));
+      const auto run =
+          std::find_if(bucket, bucket_end, [&](const KeyedFace& face) { return !face.same_face(*bucket); });
+      visit(std::span<const KeyedFace>(&*bucket, static_cast<std::size_t>(run - bucket)));
       bucket = run;
     }
   }
@@ -118,7 +119,7 @@ void Refinement::close_boundary() {
   std::vector<Tet> ghosts;
   for_each_face(
       base_tets_, 0, base_vertex_count_, [](std::size_t, std::uint32_t) { return true; },
-      [&](std::span<const HalfFace> same) {
+      [&](std::span<const KeyedFace> same) {
         if (same.size() > 2)
           throw Error(ErrorCode::kCorruptFile,
                       "base tet " + std::to_string(same[2].cell) + " shares a face with two others");
@@ -143,7 +144,7 @@ void Refinement::close_boundary() {
   base_tets_.insert(base_tets_.end(), ghosts.begin(), ghosts.end());
   for_each_face(
       base_tets_, base_tet_count_, base_vertex_count_, [](std::size_t, std::uint32_t corner) { return corner < 3; },
-      [&](std::span<const HalfFace> same) {
+      [&](std::span<const KeyedFace> same) {
         // More than two boundary faces at an edge: which of them are neighbours cannot be told from the tets alone.
         if (same.size() != 2) return;
         live_[same[0].cell].neighbour[same[0].corner] = same[1].cell;
@@ -269,6 +270,8 @@ void Refinement::order_rim(RecordId r) {
     if (std::exchange(mark.in_rim, current) == current) fail(r, "the rim of its region meets itself");
     mark.value = i;
   }
+  if (rim_vertices_.size() > std::numeric_limits<std::uint32_t>::max())
+    throw Error(ErrorCode::kLimit, "the mesh is too large: more vertices around edges than 32-bit ids can name");
   rim_begin_[r.index()] = static_cast<std::uint32_t>(rim_vertices_.size());
   const unsigned has_dummy = mark_of(kDummyVertex).in_rim == current ? 1 : 0;
   rim_size_[r.index()] = static_cast<std::uint16_t>(2 * rim_.size() + has_dummy);

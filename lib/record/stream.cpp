@@ -43,9 +43,8 @@ std::string check_slots(const RecordStream& s) {
   for (std::uint32_t slot = 0; slot < s.slots.size(); ++slot) {
     const Tet& tet = s.slots[slot];
     for (std::size_t i = 0; i < 4; ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        if (tet[i] == tet[j] || tet[i].is_none())
-          return "slot " + std::to_string(slot) + " does not have four vertices";
+      if (tet[i].is_none() || std::find(tet.begin(), tet.begin() + i, tet[i]) != tet.begin() + i)
+        return "slot " + std::to_string(slot) + " does not have four vertices";
     if (contains(tet, kDummyVertex) != s.is_ghost(slot))
       return "slot " + std::to_string(slot) + " holds a tet among the ghosts or a ghost among the tets";
   }

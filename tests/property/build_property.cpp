@@ -216,6 +216,29 @@ TEST_CASE("the floor of shapes does not go by what is flat by chance", "[build]"
   CHECK(floor_of(50) == 1e-3);
 }
 
+TEST_CASE("no floor for shapes is none for flat tets either", "[build]") {
+  const TetMesh even = layers(8, 8, [](int k) { return 16 * (k < 4 ? k : k - 1); });
+  // Turned: what rounding makes of the volume of flat tets is not 0.
+  std::vector<Point> positions;
+  for (std::uint32_t v = 0; v < even.vertex_count(); ++v) {
+    const Point p = even.position(VertexId{v});
+    const double c = std::cos(0.7), s = std::sin(0.7), y = s * p[0] + c * p[1];
+    positions.push_back({c * p[0] - s * p[1], c * y - s * p[2], s * y + c * p[2]});
+  }
+  std::vector<std::array<std::uint32_t, 4>> tets;
+  for (const Tet& tet : even.tets)
+    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
+  TetMesh mesh = test::make_mesh(positions, tets, ScalarType::kFloat64);
+  test::add_test_fields(mesh);
+  BuildOptions options;
+  options.prediction = Prediction::kQuadric;
+  options.evaluation = Evaluation::kNone;
+  options.min_quality = 0;
+  const Built built = build_all(mesh, options);
+  CHECK(built.report.records > 400);
+  CHECK(built.report.collapses[static_cast<std::size_t>(CollapseStatus::kQuality)] == 0);
+}
+
 // A coarser plate has flatter tets: a floor for their shape is one of the plate's own tets.
 TEST_CASE("plates get coarser however thin they are", "[build]") {
   for (const double thickness : {16.0, 16e-3, 16e-6}) {

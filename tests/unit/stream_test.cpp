@@ -80,6 +80,7 @@ TEST_CASE("record stream: each table has its length, each number its range, and 
       {"diagonal is no length", [](RecordStream& s) { s.diagonal = INFINITY; }},
       {"range of array", [](RecordStream& s) { s.fields[0].range = -1; }},
       {"does not have four vertices", [](RecordStream& s) { s.slots[1][2] = VertexId{}; }},
+      {"does not have four vertices", [](RecordStream& s) { s.slots[1][0] = VertexId{}; }},
       {"a tet among the ghosts", [](RecordStream& s) { s.slots[0][3] = kDummyVertex; }},
       {"not two vertices of the mesh", [](RecordStream& s) { s.target[0] = kDummyVertex; }},
       {"was removed before", [](RecordStream& s) { s.target[1] = s.removed[0]; }},

@@ -3,7 +3,7 @@
 #
 #   cmake -D SOURCE_DIR=... -D COMPILER=... -D OUTPUT=builder_id.hpp -P builder_id.cmake
 file(GLOB_RECURSE sources ${SOURCE_DIR}/lib/mesh/* ${SOURCE_DIR}/lib/error/* ${SOURCE_DIR}/lib/record/*
-     ${SOURCE_DIR}/lib/build/*)
+     ${SOURCE_DIR}/lib/build/* ${SOURCE_DIR}/lib/include/ptet/build.hpp ${SOURCE_DIR}/formats/ptet/archive.hpp)
 list(SORT sources)
 set(hashes "")
 foreach(source IN LISTS sources)
