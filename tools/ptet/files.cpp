@@ -85,8 +85,7 @@ std::string checked_output(const std::string& option, const std::string& path, c
   if (found.type() == fs::file_type::none) cannot("write", path, status.message()); // a name too long, links in a ring
   const fs::path target = WholeFile::behind_links(path);
   if (fs::equivalent(target, input, status)) {
-    throw Error(ErrorCode::kBadArgument,
-                option + " '" + path + "': this is the input file; give another name");
+    throw Error(ErrorCode::kBadArgument, option + " '" + path + "': this is the input file; give another name");
   }
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, status)) cannot("write", path, "there is no folder '" + folder.string() + "'");
