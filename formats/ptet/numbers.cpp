@@ -32,9 +32,9 @@ const DecimalRanking& decimal_ranking(ScalarType type, unsigned digits) {
       rankings.emplace_back(of, s);
     return rankings;
   };
-  static const std::vector<DecimalRanking> of_float = all_of(ScalarType::kFloat32);
-  static const std::vector<DecimalRanking> of_double = all_of(ScalarType::kFloat64);
-  return (type == ScalarType::kFloat32 ? of_float : of_double)[digits - 1];
+  static const std::vector<DecimalRanking> kOfFloat = all_of(ScalarType::kFloat32);
+  static const std::vector<DecimalRanking> kOfDouble = all_of(ScalarType::kFloat64);
+  return (type == ScalarType::kFloat32 ? kOfFloat : kOfDouble)[digits - 1];
 }
 
 std::int64_t DecimalRanking::nearest(double value) const {
