@@ -303,9 +303,7 @@ TetMesh Assembler::finish(const ProgressCallback& progress) {
   std::vector<std::string> parts;
   for (const auto& [type, kind] : refused_cells_)
     parts.push_back(counted(kind.count, type) + " (first: cell " + std::to_string(kind.first_cell) + ")");
-  if (!parts.empty())
-    fail("holds " + joined(parts) +
-         ", which ptet cannot split into tetrahedra: do so first, as ParaView's Tetrahedralize does");
+  if (!parts.empty()) fail("holds " + joined(parts) + kSplitFirst);
 
   for (const auto& [type, kind] : flat_cells_)
     parts.push_back(counted(kind.count, type));
@@ -333,6 +331,10 @@ TetMesh Assembler::finish(const ProgressCallback& progress) {
   note_cells(unsplit.turned, "cannot be split without turning tetrahedra over by any of the diagonals that were tried: "
                              "folded, or with faces that are warped too much");
   note_cells(unsplit.gone, "left out: their points repeat, so that they have no volume");
+  if (unsplit.paired != 0)
+    report_.notes.push_back("left out " + grouped(unsplit.paired) +
+                            " flat tetrahedra of cells that were split: pairs on the same points, one the other turned "
+                            "over, at edges with a point on them");
   if (mesh_.tets.size() > kMaxRows)
     throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " tetrahedra");
   return std::move(mesh_);

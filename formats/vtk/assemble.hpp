@@ -15,6 +15,11 @@ class vtkUnstructuredGrid;
 
 namespace ptet::vtkio {
 
+/// What is said of cells that are not split.
+inline constexpr const char* kSplitFirst = ", which ptet cannot split into tetrahedra: do so first, as ParaView's "
+                                           "Tetrahedralize does, or foamToVTK -poly-decomp "
+                                           "for OpenFOAM";
+
 /// `wanted`, or if it is empty or in `taken` a name made from it that is not. Adds the result to `taken`.
 std::string unique_name(const std::string& wanted, std::size_t index, std::set<std::string>& taken);
 

@@ -52,6 +52,8 @@ public:
   void improve();
   /// Whether a cell, by its place in the splitting, gives turned tets by the order that improve() left.
   [[nodiscard]] bool is_bad(std::size_t cell) const { return badness_[cell] >= kTurned; }
+  /// Whether it may give flat ones.
+  [[nodiscard]] bool may_be_flat(std::size_t cell) const { return badness_[cell] != 0; }
 
 private:
   /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell, or no order
@@ -271,6 +273,50 @@ void OrderOfPoints::improve() {
   }
 }
 
+namespace {
+
+/// Takes out of `tets` pairs of some of them that stand on the same vertices, one the other turned over. Returns how
+/// many tets these were.
+std::size_t take_out_pairs(std::vector<Tet>& tets, const std::vector<std::size_t>& some) {
+  struct Candidate {
+    Tet sorted;
+    bool is_odd; ///< the order of its vertices, against the sorted one
+    std::size_t place;
+  };
+  std::vector<Candidate> candidates;
+  for (const std::size_t place : some) {
+    Candidate candidate{tets[place], false, place};
+    for (std::size_t i = 1; i < 4; ++i)
+      for (std::size_t j = i; j > 0 && candidate.sorted[j] < candidate.sorted[j - 1]; --j) {
+        std::swap(candidate.sorted[j], candidate.sorted[j - 1]);
+        candidate.is_odd = !candidate.is_odd;
+      }
+    candidates.push_back(candidate);
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::tie(a.sorted, a.is_odd, a.place) < std::tie(b.sorted, b.is_odd, b.place);
+  });
+  std::vector<char> is_out;
+  for (auto run = candidates.begin(); run != candidates.end();) {
+    const auto end = std::find_if(run, candidates.end(), [&](const Candidate& c) { return c.sorted != run->sorted; });
+    const auto odd = std::find_if(run, end, [](const Candidate& c) { return c.is_odd; });
+    const auto pairs = std::min(odd - run, end - odd);
+    if (pairs > 0) is_out.resize(tets.size(), 0);
+    for (std::ptrdiff_t i = 0; i < pairs; ++i)
+      is_out[run[i].place] = is_out[odd[i].place] = 1;
+    run = end;
+  }
+  if (is_out.empty()) return 0;
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    if (is_out[t] == 0) tets[kept++] = tets[t];
+  const std::size_t out = tets.size() - kept;
+  tets.resize(kept);
+  return out;
+}
+
+} // namespace
+
 CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<void()>& look) const {
   Unsplit unsplit;
   if (cells_.empty()) return unsplit;
@@ -282,6 +328,7 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     most += cell_size(cell.type).most_tets;
   tets.reserve(most);
   std::size_t done = 0;
+  std::vector<std::size_t> flat; // places in tets
   const auto take_others_until = [&](std::size_t end) {
     tets.insert(tets.end(), mesh.tets.begin() + static_cast<std::ptrdiff_t>(done),
                 mesh.tets.begin() + static_cast<std::ptrdiff_t>(end));
@@ -295,8 +342,13 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     order.append_tets(cell, tets);
     if (tets.size() == before) unsplit.gone.push_back(cell.id);
     if (order.is_bad(c)) unsplit.turned.push_back(cell.id);
+    for (std::size_t t = before; order.may_be_flat(c) && t < tets.size(); ++t)
+      if (orientation(mesh.position(tets[t][0]), mesh.position(tets[t][1]), mesh.position(tets[t][2]),
+                      mesh.position(tets[t][3])) == 0)
+        flat.push_back(t);
   }
   take_others_until(mesh.tets.size());
+  unsplit.paired = take_out_pairs(tets, flat);
   mesh.tets = std::move(tets);
   return unsplit;
 }

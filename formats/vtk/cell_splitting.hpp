@@ -23,6 +23,9 @@ public:
   struct Unsplit {
     std::vector<std::uint64_t> turned; ///< ids of those with diagonals of which some tets are turned over all the same
     std::vector<std::uint64_t> gone;   ///< of those that give no tet, since their points repeat
+    /// How many flat tets are left out: pairs on the same points, one the other turned over. Two pyramids of one cell
+    /// give them where they meet along an edge with a point on it; what they lie between meets without them.
+    std::size_t paired = 0;
   };
 
   /// A cell that is to be split, and its tets to come after the first `tets_before` of the mesh. `id`: to tell the

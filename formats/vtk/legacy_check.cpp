@@ -281,10 +281,7 @@ private:
       const std::int64_t type = next_int();
       if (type < 0 || type > 255)
         fail("cell " + std::to_string(cell) + " has the type " + std::to_string(type) + ", and there is none such");
-      if (type == VTK_POLYHEDRON)
-        fail("cell " + std::to_string(cell) +
-             " is a polyhedron, which ptet cannot split into tetrahedra: do so first, as "
-             "ParaView's Tetrahedralize does");
+      if (type == VTK_POLYHEDRON) fail("cell " + std::to_string(cell) + " is a polyhedron" + kSplitFirst);
     }
   }
 

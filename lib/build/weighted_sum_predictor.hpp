@@ -4,9 +4,8 @@
 //
 //   E_grad   the change of the field along the edge, |f(vs) - f(vd)|
 //   E_vol    the volume that the domain gains or loses
-//   E_equi   how unequal the edges at vd of the modified tets would become, an edge once for each tet that it belongs
-//   to:
-//            the mean of |length - mean length|
+//   E_equi   how unequal the edges at vd of the modified tets would become: the mean of |length - mean length|, an edge
+//            once for each tet that has it
 //
 // Nothing is accumulated: each cost knows the mesh as it is and nothing of what was lost before.
 //

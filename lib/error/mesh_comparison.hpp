@@ -98,8 +98,8 @@ public:
 
   /// At about `samples` random points of the original outside the simplified mesh, evenly spread there: drawn in each
   /// original tet in proportion to what `inside` leaves of it; see OutsideDifference::missed. `overlaps_itself`: tets
-  /// of the simplified mesh are known to overlap (also taken for so where a tet is covered by more than its volume);
-  /// what is left of the original's is then an estimate. Adds no vertices.
+  /// of the simplified mesh may overlap (also taken for so where a tet is covered by more than its volume); what is
+  /// left of tets in which points are found that two tets hold is then an estimate. Adds no vertices.
   [[nodiscard]] OutsideDifference sampled_outside(const InsideDifference& inside, bool overlaps_itself,
                                                   std::uint64_t samples, std::uint64_t seed,
                                                   const ProgressCallback& progress = {}) const;

@@ -89,13 +89,7 @@ public:
   /// A random point of a tet of the original that no simplified tet holds, as its weights; false when none of `draws`
   /// is one.
   bool draw_outside(std::uint32_t tet, Random& random, int draws, std::array<double, 4>& weight) {
-    const std::array<Point, 4> corners = corners_of(of_.original_, tet);
-    if (std::exchange(near_of_, tet) != tet) {
-      near_.clear();
-      of_.simplified_tets_.each_meeting(box_of(corners), [&](std::uint32_t t) {
-        if (may_hold_any(t, corners)) near_.push_back(t);
-      });
-    }
+    const std::array<Point, 4> corners = look_around(tet);
     for (int draw = 0; draw < draws; ++draw) {
       weight = random.in_tet();
       const Point p = combine(corners, weight);
@@ -104,6 +98,13 @@ public:
       std::iter_swap(near_.begin(), holder); // it is likely to hold the next one too
     }
     return false;
+  }
+  /// How many simplified tets hold a random point of a tet of the original.
+  std::size_t count_holders(std::uint32_t tet, Random& random) {
+    const std::array<Point, 4> corners = look_around(tet);
+    const Point p = combine(corners, random.in_tet());
+    return static_cast<std::size_t>(
+        std::count_if(near_.begin(), near_.end(), [&](std::uint32_t t) { return holds(t, p); }));
   }
 
   /// The errors by field of the value against a simplified tet that holds p.
@@ -128,6 +129,18 @@ public:
   }
 
 private:
+  /// Finds the simplified tets that may hold points of a tet of the original. Returns its corners.
+  std::array<Point, 4> look_around(std::uint32_t tet) {
+    const std::array<Point, 4> corners = corners_of(of_.original_, tet);
+    if (std::exchange(near_of_, tet) != tet) {
+      near_.clear();
+      of_.simplified_tets_.each_meeting(box_of(corners), [&](std::uint32_t t) {
+        if (may_hold_any(t, corners)) near_.push_back(t);
+      });
+    }
+    return corners;
+  }
+
   /// On which side of the plane opposite corner k of a tet p lies: 1 on the corner's, if the tet is positive. Exact.
   [[nodiscard]] static int side_of(const std::array<Point, 4>& x, std::size_t k, const Point& p) {
     return orientation(k == 0 ? p : x[0], k == 1 ? p : x[1], k == 2 ? p : x[2], k == 3 ? p : x[3]);
@@ -276,7 +289,7 @@ std::vector<double> MeshComparison::uncovered_volumes(const InsideDifference& in
     if (left < -kCovered * original_tet_volume_[t]) overlaps_itself = true;
   }
   if (!overlaps_itself) return uncovered;
-  // What is covered twice is not known: seen at points.
+  // What is left of a tet that is covered twice somewhere is not known: seen at points.
   constexpr std::size_t kPoints = 2'000'000;
   const std::size_t points = std::max<std::size_t>(1, kPoints / std::max<std::size_t>(1, tets));
   for_each_block(tets, "looking outside", progress, [&](std::size_t begin, std::size_t end) {
@@ -284,11 +297,14 @@ std::vector<double> MeshComparison::uncovered_volumes(const InsideDifference& in
     for (std::size_t t = begin; t < end; ++t) {
       if (!(inside.cell_volume[t] > 0)) continue;
       Random random(~seed, t);
-      std::array<double, 4> weight;
       std::size_t outside = 0;
-      for (std::size_t i = 0; i < points; ++i)
-        outside += sampler.draw_outside(static_cast<std::uint32_t>(t), random, 1, weight) ? 1 : 0;
-      uncovered[t] = original_tet_volume_[t] * static_cast<double>(outside) / static_cast<double>(points);
+      bool is_twice = inside.cell_volume[t] > (1 + kCovered) * original_tet_volume_[t];
+      for (std::size_t i = 0; i < points; ++i) {
+        const std::size_t holders = sampler.count_holders(static_cast<std::uint32_t>(t), random);
+        outside += holders == 0 ? 1 : 0;
+        is_twice = is_twice || holders > 1;
+      }
+      if (is_twice) uncovered[t] = original_tet_volume_[t] * static_cast<double>(outside) / static_cast<double>(points);
     }
   });
   return uncovered;

@@ -16,11 +16,12 @@ using namespace vec;
 namespace {
 
 /// A tet of no more height, as a part of the diagonal of its body, is thin. A version, which is no larger, sees what is
-/// within 1e-10 of its height from its plane as on it.
+/// within 1e-10 of its height from its plane as on it; one of a much larger body that the tet's own lies in may see
+/// more.
 constexpr double kThinTet = 1e-9;
 /// Tets behind thin ones, in all lists together: so many, or so many times the tets. Where a body is 1e9 times as large
 /// as its tets, as with a vertex that is far off, every tet is near every vertex.
-constexpr std::size_t kMostBehind = std::size_t{1} << 25, kMostBehindPerTet = 256;
+constexpr std::size_t kMostBehind = std::size_t{1} << 25, kMostBehindPerTet = 64;
 
 double least_height(const std::array<Point, 4>& x, double volume) {
   double area = 0;

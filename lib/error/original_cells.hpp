@@ -32,7 +32,7 @@ struct OriginalCells {
     [[nodiscard]] bool is_flat() const { return !(volume > 0); }
   };
 
-  /// Both must outlive the object. Throws Error(kLimit) for a mesh of thin tets that lie on one another by the hundred.
+  /// Both must outlive the object. Throws Error(kLimit) where very many thin tets lie on one another.
   OriginalCells(const PreparedMesh& mesh, ChannelView fields);
 
   [[nodiscard]] const Point& point(std::uint32_t v) const { return prepared.points[v]; }

@@ -24,8 +24,8 @@ struct Fixture {
     for (SlotId s = 0; s < complex.slot_count(); ++s) {
       Slot& slot = complex.slot(s);
       if (!complex.is_ghost(slot))
-        slot.quality = static_cast<float>(
-            shape_quality(points[slot.v[0]], points[slot.v[1]], points[slot.v[2]], points[slot.v[3]]));
+        slot.quality = std::max(0.0F, static_cast<float>(shape_quality(points[slot.v[0]], points[slot.v[1]],
+                                                                       points[slot.v[2]], points[slot.v[3]])));
     }
   }
 

@@ -224,6 +224,23 @@ bool is_closed_inside(const TetMesh& mesh, const MeshFacts& facts, double width)
 
 } // namespace
 
+TEST_CASE("two pyramids of a cell meet along an edge with a point on it", "[vtk]") {
+  // Seen along that edge: a and e on the faces beside it, the apex between them. Either face has its diagonal from the
+  // first point of the edge to the last, and a flat triangle beside it.
+  const std::vector<Point> points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {1, -2, 0}, {1, 0, -2}, {1, -1, -1}};
+  enum { kFirst, kOn, kLast, kA, kE, kApex };
+  const Cells cells{points, {{kPyramid, {kFirst, kOn, kLast, kA, kApex}}, {kPyramid, {kLast, kOn, kFirst, kE, kApex}}}};
+  ReadReport report;
+  const TetMesh mesh = read_cells(cells, &report);
+  REQUIRE(mesh.tets.size() == 2);
+  CHECK(examine(mesh).volume == Approx(4.0 / 3));
+  CHECK(examine(mesh).boundary.size() == 6);
+  CHECK(std::any_of(report.notes.begin(), report.notes.end(),
+                    [](const std::string& note) { return note.starts_with("left out 2 flat tetrahedra"); }));
+  // One alone keeps its flat tet: its neighbour has the points on the edge, too.
+  CHECK(read_cells({points, {cells.cells[0]}}).tets.size() == 2);
+}
+
 TEST_CASE("mixed cells are split so that neighbours agree", "[vtk]") {
   const auto seed = GENERATE(1U, 2U, 3U, 4U, 5U);
   Cells cells = mixed_cube(5, seed);

@@ -393,8 +393,9 @@ double ptet_extraction_part_field_error(const ptet_extraction* extraction, ptet_
 double ptet_extraction_part_domain_error(const ptet_extraction* extraction, ptet_part part, uint32_t number);
 /* Not 0 where the mesh, of the request that it answers, has nothing of such a part: no tet meets the focus region, no
  * point has a value of interest, no tet is in the picture of the view. As a rule a slip of the user's, who wants to be
- * told. Of a mesh that a budget or time cut short, or that is not complete, only where what is missing cannot have it
- * either: never of values. 0 for NULL, and where the request has no such part. Cost: a look at every tet at most. */
+ * told. Of a mesh that a budget or time cut short, or that is not complete, only for a region or view that is farther
+ * from it than its domain error: what is missing may have the others. 0 for NULL, and where the request has no such
+ * part. Cost: a look at every tet at most. */
 int32_t ptet_extraction_is_unmet(const ptet_extraction* extraction, const ptet_request* request, ptet_part part,
                                  uint32_t number);
 /* The largest domain error in the picture as the view counts it, pixels; INFINITY where a face with an error comes as

@@ -160,8 +160,9 @@ class Dataset:
             progress: called as of `build`; returning False, not 0 or None, raises Cancelled.
 
         Warns:
-            UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has. Not where the answer is
-                incomplete, or ended by time or a budget: what is missing of the mesh may have them.
+            UnmetWarning: a focus that no tet of the mesh meets, values that no point of it has, a view with nothing in
+                it. Where the answer is incomplete, or ended by time or a budget, what is missing may have them: then only
+                a focus or a view that is farther from the mesh than its domain error.
 
         Raises:
             ArgumentError (an unknown field, a bound that is negative or not finite, an empty region), Cancelled,

@@ -47,4 +47,5 @@ class Cancelled(Error):
 
 
 class UnmetWarning(UserWarning):
-    """A request asks for something that is not in the mesh: a focus beside it, values that it does not have."""
+    """A request asks for something that is not in the mesh: a focus beside it, values that it does
+    not have, a view that looks past it."""
