@@ -78,9 +78,6 @@ inline DoubleDouble& operator/=(DoubleDouble& a, const DoubleDouble& b) {
 [[nodiscard]] inline std::partial_ordering operator<=>(const DoubleDouble& a, const DoubleDouble& b) {
   return a.high != b.high ? a.high <=> b.high : a.low <=> b.low;
 }
-[[nodiscard]] inline DoubleDouble abs(const DoubleDouble& a) {
-  return a.high < 0 || (a.high == 0 && a.low < 0) ? -a : a;
-}
 
 using FineVec3 = std::array<DoubleDouble, 3>;
 
