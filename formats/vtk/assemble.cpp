@@ -53,6 +53,7 @@ std::string kind_name(int type, bool plural) {
     return plural ? "quadratic wedges of 18 points" : "quadratic wedge of 18 points";
   case VTK_QUADRATIC_HEXAHEDRON: return plural ? "quadratic hexahedra" : "quadratic hexahedron";
   case VTK_TRIQUADRATIC_HEXAHEDRON: return plural ? "triquadratic hexahedra" : "triquadratic hexahedron";
+  case VTK_POLYHEDRON: return plural ? "polyhedra" : "polyhedron";
   default: break;
   }
   const std::string class_name = vtkCellTypes::GetClassNameFromTypeId(type);
@@ -227,8 +228,59 @@ std::vector<unsigned char> Assembler::ghost_flags(vtkUnstructuredGrid& grid, std
 }
 
 template <class Index>
-void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
-                          std::uint64_t id_count) {
+VertexId Assembler::vertex(Index id, std::uint64_t cell) const {
+  if (id < 0 || static_cast<std::uint64_t>(id) >= point_count_)
+    fail("cell " + std::to_string(cell) + " uses point " + std::to_string(id) + ", and there are " +
+         grouped(point_count_) + " points");
+  return VertexId(static_cast<std::uint32_t>(first_point_ + static_cast<std::uint64_t>(id)));
+}
+
+void Assembler::add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell) {
+  if (cells_to_split_.size() == kMaxRows)
+    throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " cells to be split");
+  cells_to_split_.add(type, points, cell, mesh_.tets.size());
+}
+
+void Assembler::add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell) {
+  const std::string the_cell = "cell " + std::to_string(cell) + ", a polyhedron,";
+  const std::uint64_t begin = faces.face_begin[cell_of_grid], end = faces.face_begin[cell_of_grid + 1];
+  faces_.resize(end - begin);
+  for (std::uint64_t f = begin; f < end; ++f) {
+    const auto corners =
+        std::span(faces.corners).subspan(faces.corner_begin[f], faces.corner_begin[f + 1] - faces.corner_begin[f]);
+    if (corners.size() > kMostCornersOfFace)
+      fail(the_cell + " has a face of " + grouped(corners.size()) + " points, and ptet splits those of up to " +
+           std::to_string(kMostCornersOfFace));
+    Polygon& face = faces_[f - begin];
+    face.clear();
+    for (const std::uint32_t id : corners)
+      face.push_back(vertex(std::int64_t{id}, cell));
+  }
+  if (!split_polyhedron(faces_, mesh_, polyhedron_))
+    fail(the_cell + " is not closed: its faces do not meet two by two at their edges");
+  if (mesh_.positions.type != ScalarType::kFloat32 && mesh_.positions.type != ScalarType::kFloat64)
+    fail(the_cell + " needs a point in its middle, which the type of the coordinates (" +
+         name_of(mesh_.positions.type) + ") may not have: write them as float64");
+  if (mesh_.vertex_count() == kMaxRows)
+    throw Error(ErrorCode::kLimit,
+                path_ + ": more than " + grouped(kMaxRows) + " points, with those in the middle of polyhedra");
+
+  const VertexId middle(static_cast<std::uint32_t>(mesh_.vertex_count()));
+  append_mean(mesh_.positions, polyhedron_.middle);
+  for (PointArray& array : mesh_.point_arrays)
+    append_mean(array, polyhedron_.middle);
+  constexpr std::uint64_t kBetweenLooks = 1024; // some 15 ms
+  if (++middles_ % kBetweenLooks == 0) look();
+  for (const auto& [a, b, c] : polyhedron_.triangles)
+    mesh_.tets.push_back({middle, a, b, c});
+  for (const auto& [a, b, c, d] : polyhedron_.quadrilaterals)
+    add_cell_to_split(VTK_PYRAMID, std::array{a, d, c, b, middle}, cell); // of VTK's pyramids, the base looks in
+  if (polyhedron_.is_turned) turned_.push_back(cell);
+}
+
+template <class Index>
+void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& faces, const Index* offsets,
+                          std::uint64_t offset_count, const Index* ids, std::uint64_t id_count) {
   const std::uint64_t cells = offset_count - 1;
   vtkUnsignedCharArray* type_array = grid.GetCellTypesArray();
   if (!type_array || static_cast<std::uint64_t>(type_array->GetNumberOfValues()) != cells)
@@ -245,49 +297,51 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::
       ++ghost_cells_;
       continue;
     }
-    const int type = types[i];
+    if (types[i] == VTK_POLYHEDRON && !faces.face_begin.empty()) {
+      ++volume_cells_[VTK_POLYHEDRON].count;
+      add_polyhedron(faces, i, cell);
+      continue;
+    }
+    if (offsets[i] < 0 || offsets[i + 1] < offsets[i] || static_cast<std::uint64_t>(offsets[i + 1]) > id_count)
+      fail("cell " + std::to_string(cell) + " lies outside the table of cells");
+    const auto given = static_cast<std::uint64_t>(offsets[i + 1] - offsets[i]);
+    const int type = plain_type(types[i], given);
     const std::size_t size = cell_size(type).points;
     if (size == 0) {
       Kind& kind = (kDimensions[types[i]] < 3 ? flat_cells_ : refused_cells_)[type];
       if (kind.count++ == 0) kind.first_cell = cell;
       continue;
     }
-    if (offsets[i] < 0 || offsets[i + 1] < offsets[i] || static_cast<std::uint64_t>(offsets[i + 1]) > id_count)
-      fail("cell " + std::to_string(cell) + " lies outside the table of cells");
-    const auto given = static_cast<std::uint64_t>(offsets[i + 1] - offsets[i]);
     if (given != size)
       fail("cell " + std::to_string(cell) + ", a " + kind_name(type, false) + ", has " + std::to_string(given) +
            " points");
-    for (std::size_t k = 0; k < size; ++k) {
-      const Index id = ids[static_cast<std::uint64_t>(offsets[i]) + k];
-      if (id < 0 || static_cast<std::uint64_t>(id) >= point_count_)
-        fail("cell " + std::to_string(cell) + " uses point " + std::to_string(id) + ", and there are " +
-             grouped(point_count_) + " points");
-      points[k] = VertexId(static_cast<std::uint32_t>(first_point_ + static_cast<std::uint64_t>(id)));
-    }
+    for (std::size_t k = 0; k < size; ++k)
+      points[k] = vertex(ids[static_cast<std::uint64_t>(offsets[i]) + k], cell);
     ++volume_cells_[type].count;
     if (type == VTK_TETRA)
       mesh_.tets.push_back({points[0], points[1], points[2], points[3]});
-    else if (cells_to_split_.size() == kMaxRows)
-      throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " cells to be split");
     else
-      cells_to_split_.add(type, {points.data(), size}, cell, mesh_.tets.size());
+      add_cell_to_split(type, {points.data(), size}, cell);
   }
   cell_count_ += cells;
 }
 
-void Assembler::add_cells(vtkUnstructuredGrid& grid) {
+void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& faces) {
   vtkCellArray* cells = grid.GetCells();
   if (!cells) return;
   const auto add = [&](auto* offsets, auto* ids) {
     if (offsets->GetNumberOfValues() == 0) return;
-    add_cells(grid, offsets->GetPointer(0), static_cast<std::uint64_t>(offsets->GetNumberOfValues()),
+    add_cells(grid, faces, offsets->GetPointer(0), static_cast<std::uint64_t>(offsets->GetNumberOfValues()),
               ids->GetPointer(0), static_cast<std::uint64_t>(ids->GetNumberOfValues()));
   };
   if (cells->IsStorage64Bit())
     add(cells->GetOffsetsArray64(), cells->GetConnectivityArray64());
   else
     add(cells->GetOffsetsArray32(), cells->GetConnectivityArray32());
+}
+
+void Assembler::look() const {
+  if (progress_ && !progress_({"splitting cells", 0, 0})) throw Error(ErrorCode::kCancelled, "reading was cancelled");
 }
 
 void Assembler::note_cells(const std::vector<std::uint64_t>& cells, const std::string& what) {
@@ -299,11 +353,13 @@ void Assembler::note_cells(const std::vector<std::uint64_t>& cells, const std::s
   report_.notes.push_back(grouped(cells.size()) + (cells.size() == 1 ? " cell (" : " cells (") + ids + ") " + what);
 }
 
-TetMesh Assembler::finish(const ProgressCallback& progress) {
+TetMesh Assembler::finish() {
   std::vector<std::string> parts;
   for (const auto& [type, kind] : refused_cells_)
     parts.push_back(counted(kind.count, type) + " (first: cell " + std::to_string(kind.first_cell) + ")");
-  if (!parts.empty()) fail("holds " + joined(parts) + kSplitFirst);
+  if (!parts.empty())
+    fail("holds " + joined(parts) +
+         ", which ptet cannot split into tetrahedra: do so first, as ParaView's Tetrahedralize does");
 
   for (const auto& [type, kind] : flat_cells_)
     parts.push_back(counted(kind.count, type));
@@ -324,10 +380,14 @@ TetMesh Assembler::finish(const ProgressCallback& progress) {
     if (type != VTK_TETRA) parts.push_back(counted(kind.count, type));
   }
   if (!parts.empty()) report_.notes.push_back("split " + joined(parts) + " into tetrahedra");
-  const auto look = [&] {
-    if (progress && !progress({"splitting cells", 0, 0})) throw Error(ErrorCode::kCancelled, "reading was cancelled");
-  };
-  const CellSplitting::Unsplit unsplit = cells_to_split_.split(mesh_, look);
+  if (middles_ != 0)
+    report_.notes.push_back("added " + grouped(middles_) + (middles_ == 1 ? " point" : " points") +
+                            " in the middle of polyhedra, with the mean of the values around: they come after the "
+                            "points of the file");
+  CellSplitting::Unsplit unsplit = cells_to_split_.split(mesh_, [&] { look(); });
+  unsplit.turned.insert(unsplit.turned.end(), turned_.begin(), turned_.end());
+  std::sort(unsplit.turned.begin(), unsplit.turned.end());
+  unsplit.turned.erase(std::unique(unsplit.turned.begin(), unsplit.turned.end()), unsplit.turned.end());
   note_cells(unsplit.turned, "cannot be split without turning tetrahedra over by any of the diagonals that were tried: "
                              "folded, or with faces that are warped too much");
   note_cells(unsplit.gone, "left out: their points repeat, so that they have no volume");

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "formats/vtk/cell_splitting.hpp"
+#include "formats/vtk/polyhedron.hpp"
 #include "formats/vtk/read.hpp"
 
 #include <cstdint>
@@ -15,18 +16,15 @@ class vtkUnstructuredGrid;
 
 namespace ptet::vtkio {
 
-/// What is said of cells that are not split.
-inline constexpr const char* kSplitFirst = ", which ptet cannot split into tetrahedra: do so first, as ParaView's "
-                                           "Tetrahedralize does, or foamToVTK -poly-decomp "
-                                           "for OpenFOAM";
-
 /// `wanted`, or if it is empty or in `taken` a name made from it that is not. Adds the result to `taken`.
 std::string unique_name(const std::string& wanted, std::size_t index, std::set<std::string>& taken);
 
 class Assembler {
 public:
-  /// `path` begins every error message. `report` gets the notes.
-  Assembler(std::string path, ReadReport& report) : path_(std::move(path)), report_(report) {}
+  /// `path` begins every error message. `report` gets the notes. add_cells() and finish() throw Error(kCancelled) when
+  /// `progress` returns false.
+  Assembler(std::string path, ReadReport& report, const ProgressCallback& progress)
+      : path_(std::move(path)), report_(report), progress_(progress) {}
 
   /// To the notes, however often it is said.
   void note_once(const std::string& note);
@@ -34,11 +32,11 @@ public:
   void note_cell_array(const std::string& name);
   /// Appends the points and point arrays of a grid. Every grid must have the arrays of the first.
   void add_points(vtkUnstructuredGrid& grid);
-  /// Appends the cells of a grid, whose ids are rows of the points that were added last.
-  void add_cells(vtkUnstructuredGrid& grid);
+  /// Appends the cells of a grid, whose ids are rows of the points that were added last. `faces`: of its polyhedra, by
+  /// all of its cells; where there are none, polyhedra are refused.
+  void add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& faces = {});
   /// The mesh. Throws Error(kBadInput) when there were cells that cannot be split, or no volume cells.
-  /// Throws Error(kCancelled) when `progress` returns false.
-  [[nodiscard]] TetMesh finish(const ProgressCallback& progress);
+  [[nodiscard]] TetMesh finish();
 
   [[noreturn]] void fail(const std::string& reason) const;
 
@@ -52,16 +50,28 @@ private:
   void check_same_arrays(const std::vector<std::pair<std::string, vtkDataArray*>>& arrays) const;
   [[nodiscard]] std::vector<unsigned char> ghost_flags(vtkUnstructuredGrid& grid, std::uint64_t cells) const;
   template <class Index>
-  void add_cells(vtkUnstructuredGrid& grid, const Index* offsets, std::uint64_t offset_count, const Index* ids,
-                 std::uint64_t id_count);
+  void add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& faces, const Index* offsets,
+                 std::uint64_t offset_count, const Index* ids, std::uint64_t id_count);
+  /// The point `id` of the grid, which the cell says it has.
+  template <class Index>
+  [[nodiscard]] VertexId vertex(Index id, std::uint64_t cell) const;
+  void add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell);
+  void add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell);
   void note_component_names(const std::string& name, vtkDataArray& array);
   void count_ghost_points(vtkAbstractArray& array);
+  /// Whether to go on.
+  void look() const;
   void note_cells(const std::vector<std::uint64_t>& cells, const std::string& what);
 
   std::string path_;
   ReadReport& report_;
+  const ProgressCallback& progress_;
   TetMesh mesh_;
   CellSplitting cells_to_split_;
+  std::vector<Polygon> faces_;        ///< of a polyhedron
+  SplitPolyhedron polyhedron_;        ///< what it is split to
+  std::vector<std::uint64_t> turned_; ///< ids of those that give tets that are turned over
+  std::uint64_t middles_ = 0;         ///< points that were added in polyhedra
   bool has_points_ = false;
   std::uint64_t first_point_ = 0; ///< row of the first point of the grid added last
   std::uint64_t point_count_ = 0; ///< its number of points

@@ -281,7 +281,9 @@ private:
       const std::int64_t type = next_int();
       if (type < 0 || type > 255)
         fail("cell " + std::to_string(cell) + " has the type " + std::to_string(type) + ", and there is none such");
-      if (type == VTK_POLYHEDRON) fail("cell " + std::to_string(cell) + " is a polyhedron" + kSplitFirst);
+      if (type == VTK_POLYHEDRON)
+        fail("cell " + std::to_string(cell) +
+             " is a polyhedron, which ptet reads from .vtu files only: save the mesh as one, as ParaView does");
     }
   }
 

@@ -118,12 +118,19 @@ std::uint64_t AnnouncedMesh::bytes_to_read() const {
   const double waiting = to_split * static_cast<double>(CellSplitting::bytes_of_cell()) +
                          std::max(0.0, all_ids - 4 * (all_cells - to_split)) * static_cast<double>(sizeof(VertexId));
   const double grid = kIdBytes * all_ids + kGridCellBytes * all_cells;
-  const double reading = 2 * point_bytes + grid + kTetBytes * (all_cells - to_split) + waiting;
+  // Polyhedra: faces as they are read and as they are kept, then tets or pyramids to be split, one of them for a corner
+  // at most; and a point in each, which has sixteen corners and more.
+  constexpr double kFaceBytes = 22, kPartBytes = 26, kFewestCorners = 16;
+  const auto all_corners = static_cast<double>(corners);
+  const double of_middles =
+      points == 0 ? 0 : all_corners / kFewestCorners * (point_bytes / static_cast<double>(points));
+  const double reading =
+      2 * point_bytes + of_middles + grid + kTetBytes * (all_cells - to_split) + waiting + kFaceBytes * all_corners;
   // Of more than eight points, as quadratic cells have, up to half as many again, and twice as many of 27.
   constexpr double kPointsOfHexahedron = 8;
   const double of_tets = std::max(0.0, all_ids - 3 * all_cells);
   const double tets = all_ids > kPointsOfHexahedron * all_cells ? 1.5 * of_tets : of_tets;
-  const double splitting = point_bytes + waiting + kTetBytes * tets;
+  const double splitting = point_bytes + of_middles + waiting + kTetBytes * tets + kPartBytes * all_corners;
   constexpr double kMost = 0x1p63; // whatever a damaged file announces
   return static_cast<std::uint64_t>(std::min(std::max(reading, splitting), kMost));
 }
@@ -193,9 +200,9 @@ TetMesh read_mesh(const std::string& path, ReadReport* report, const ProgressCal
   ReadReport& notes = report ? *report : own_report;
   notes = {};
   return reading(path, [&](vtkio::Messages& messages) {
-    vtkio::Assembler assembler(path, notes);
+    vtkio::Assembler assembler(path, notes, progress);
     vtkio::read_any({path, messages, progress, notes, memory_limit}, assembler);
-    TetMesh mesh = assembler.finish(progress);
+    TetMesh mesh = assembler.finish();
     for (const std::string& warning : messages.warnings())
       notes.notes.push_back("VTK warns: " + warning);
     return mesh;

@@ -26,14 +26,16 @@ struct Source {
 struct AnnouncedMesh {
   std::uint64_t points = 0;
   std::uint64_t cells = 0;
-  std::uint64_t ids = 0;  ///< of points, in all cells together; 4 a cell where that is not known
-  double point_bytes = 0; ///< of the positions and point arrays of all points
+  std::uint64_t ids = 0;     ///< of points, in all cells together; 4 a cell where that is not known
+  double point_bytes = 0;    ///< of the positions and point arrays of all points
+  std::uint64_t corners = 0; ///< of the faces of polyhedra
 
   AnnouncedMesh& operator+=(const AnnouncedMesh& other) {
     points += other.points;
     cells += other.cells;
     ids += other.ids;
     point_bytes += other.point_bytes;
+    corners += other.corners;
     return *this;
   }
   /// The most that read_mesh() has at a time: VTK's grid (64-bit ids) beside the mesh that is made of it, or beside

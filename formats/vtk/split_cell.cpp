@@ -183,6 +183,17 @@ CellSize cell_size(int vtk_cell_type) {
   }
 }
 
+int plain_type(int vtk_cell_type, std::uint64_t points) {
+  switch (vtk_cell_type) {
+  case VTK_LAGRANGE_TETRAHEDRON: return points == 4 ? VTK_TETRA : points == 10 ? VTK_QUADRATIC_TETRA : vtk_cell_type;
+  case VTK_LAGRANGE_WEDGE:
+    return points == 6 ? VTK_WEDGE : points == 18 ? VTK_BIQUADRATIC_QUADRATIC_WEDGE : vtk_cell_type;
+  case VTK_LAGRANGE_HEXAHEDRON:
+    return points == 8 ? VTK_HEXAHEDRON : points == 27 ? VTK_TRIQUADRATIC_HEXAHEDRON : vtk_cell_type;
+  default: return vtk_cell_type;
+  }
+}
+
 bool has_diagonals(int vtk_cell_type) {
   return vtk_cell_type != VTK_TETRA && vtk_cell_type != VTK_QUADRATIC_TETRA;
 }

@@ -36,6 +36,10 @@ struct CellSize {
 /// Of a cell of this VTK type if it is a tetrahedron or a kind that split_cell() takes; zeros: it is neither.
 [[nodiscard]] CellSize cell_size(int vtk_cell_type);
 
+/// The type of the same cell with the same points under another name: of Lagrange's cells of orders 1 and 2, which VTK
+/// numbers alike. Other types are returned as they are.
+[[nodiscard]] int plain_type(int vtk_cell_type, std::uint64_t points);
+
 /// Whether such a cell has quadrilaterals to be cut, so that an order of its points has a say in how it is split.
 [[nodiscard]] bool has_diagonals(int vtk_cell_type);
 

@@ -1,21 +1,25 @@
 #include "formats/vtk/number_text.hpp"
+#include "formats/vtk/polyhedron_faces.hpp"
 #include "formats/vtk/scalar_types.hpp"
 #include "formats/vtk/sources.hpp"
 #include "mesh/number_text.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <utility>
 
 #include <vtkBase64InputStream.h>
 #include <vtkCallbackCommand.h>
+#include <vtkCellType.h>
 #include <vtkCommand.h>
 #include <vtkDataArraySelection.h>
 #include <vtkDataSetAttributes.h>
@@ -23,6 +27,7 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLDataElement.h>
 #include <vtkXMLDataParser.h>
@@ -181,6 +186,7 @@ public:
   AnnouncedMesh announced;              ///< by every piece
   std::vector<std::string> cell_arrays; ///< of every piece: those left out
   std::vector<std::string> notes;       ///< of every piece
+  PolyhedronFaces faces;                ///< of the piece that was read last
 
 protected:
   void CreateXMLParser() override {
@@ -259,10 +265,15 @@ protected:
       return 0;
     }
     if (!check_ghosts(cell_data)) return 0;
-    announced += {static_cast<std::uint64_t>(NumberOfPoints[Piece]), static_cast<std::uint64_t>(NumberOfCells[Piece]),
-                  ids_of_cells(), point_count * (point_row_bytes(points) + point_row_bytes(point_data))};
+    take_face_arrays();
+    announced +=
+        {static_cast<std::uint64_t>(NumberOfPoints[Piece]), static_cast<std::uint64_t>(NumberOfCells[Piece]),
+         ids_of_cells(), point_count * (point_row_bytes(points) + point_row_bytes(point_data)), corners_of_faces()};
     return 1;
   }
+
+  using vtkXMLUnstructuredGridReader::ReadPieceData;
+  int ReadPieceData() override { return Superclass::ReadPieceData() && read_faces() ? 1 : 0; }
 
   /// The length of the connectivity is what the offsets say. One so long that its bytes cannot be counted would be read
   /// into a buffer that is too small.
@@ -493,25 +504,118 @@ private:
     return layout;
   }
 
-  /// Of the piece, as the head of the array tells, of which one value is read.
   std::uint64_t ids_of_cells() {
     const std::uint64_t of_tets = 4 * static_cast<std::uint64_t>(NumberOfCells[Piece]);
     vtkXMLDataElement* const cells = CellElements[Piece];
     vtkXMLDataElement* const ids =
         cells ? cells->FindNestedElementWithNameAndAttribute("DataArray", "Name", "connectivity") : nullptr;
-    int type = 0;
-    if (of_tets == 0 || !ids || !ids->GetWordTypeAttribute("type", type)) return of_tets;
-    auto& parser = *static_cast<GuardedParser*>(XMLParser);
-    const std::size_t id_bytes = parser.GetWordTypeSize(type);
-    parser.array_bytes = 0;
-    double id = 0; // has room for a value of any type
-    if (vtkTypeInt64 offset = 0; ids->GetScalarAttribute("offset", offset))
-      parser.ReadAppendedData(offset, &id, 0, 1, type);
-    else if (attribute(*ids, "format") == "binary")
-      parser.ReadInlineData(ids, 0, &id, 0, 1, type);
-    return id_bytes != 0 && parser.array_bytes != 0 ? parser.array_bytes / id_bytes : of_tets;
+    return of_tets == 0 || !ids ? of_tets : length_of(*ids).value_or(of_tets);
   }
 
+  /// As the head of an array tells, of which one value is read. Nothing of text.
+  std::optional<std::uint64_t> length_of(vtkXMLDataElement& array) {
+    int type = 0;
+    if (!array.GetWordTypeAttribute("type", type)) return std::nullopt;
+    auto& parser = *static_cast<GuardedParser*>(XMLParser);
+    const std::size_t value_bytes = parser.GetWordTypeSize(type);
+    parser.array_bytes = 0;
+    double value = 0; // has room for one of any type
+    if (vtkTypeInt64 offset = 0; array.GetScalarAttribute("offset", offset))
+      parser.ReadAppendedData(offset, &value, 0, 1, type);
+    else if (attribute(array, "format") == "binary")
+      parser.ReadInlineData(&array, 0, &value, 0, 1, type);
+    if (value_bytes == 0 || parser.array_bytes == 0) return std::nullopt;
+    return parser.array_bytes / value_bytes;
+  }
+
+  /// VTK's reader follows faces through their table without a look at where that ends, and that of 9.1 does not know
+  /// the layout of 9.4. So it gets to see neither.
+  void take_face_arrays() {
+    face_arrays_.resize(static_cast<std::size_t>(Piece) + 1);
+    vtkXMLDataElement* const cells = CellElements[Piece];
+    if (!cells) return;
+    std::map<std::string, vtkSmartPointer<vtkXMLDataElement>>& taken = face_arrays_.back();
+    for (int i = 0; i < cells->GetNumberOfNestedElements();) {
+      vtkXMLDataElement* const array = cells->GetNestedElement(i);
+      const std::string name = attribute(*array, "Name");
+      if (std::find(kFaceArrays.begin(), kFaceArrays.end(), name) == kFaceArrays.end()) {
+        ++i;
+        continue;
+      }
+      taken.try_emplace(name, array);
+      cells->RemoveNestedElement(array);
+    }
+  }
+  std::uint64_t corners_of_faces() {
+    for (const char* const name : {"faces", "face_connectivity"})
+      if (const auto array = face_arrays_.back().find(name); array != face_arrays_.back().end())
+        return length_of(*array->second).value_or(0);
+    return 0;
+  }
+
+  bool read_faces() {
+    faces = {};
+    auto* const grid = vtkUnstructuredGrid::SafeDownCast(GetCurrentOutput());
+    const auto count = static_cast<std::size_t>(NumberOfCells[Piece]);
+    if (count == 0) return true;
+    const std::span types(grid->GetCellTypesArray()->GetPointer(StartCell), count);
+    if (std::find(types.begin(), types.end(), VTK_POLYHEDRON) == types.end()) return true;
+    const auto& arrays = face_arrays_[static_cast<std::size_t>(Piece)];
+    const auto cells = static_cast<std::int64_t>(count);
+    std::string fault;
+    if (arrays.contains("faces") && arrays.contains("faceoffsets")) {
+      FaceStream stream;
+      if (!read_integers("faceoffsets", cells, stream.faceoffsets) ||
+          !read_integers("faces", length_of_faces(stream.faceoffsets), stream.faces))
+        return false;
+      fault = faces_of(types, stream, faces);
+    } else if (std::all_of(kFaceArrays.begin() + 2, kFaceArrays.end(),
+                           [&](const char* name) { return arrays.contains(name); })) {
+      FaceTables tables;
+      if (!read_integers("polyhedron_offsets", cells, tables.polyhedron_offsets) ||
+          !read_integers("polyhedron_to_faces", length_by(tables.polyhedron_offsets), tables.polyhedron_to_faces) ||
+          !read_integers("face_offsets", face_count(tables.polyhedron_to_faces), tables.face_offsets) ||
+          !read_integers("face_connectivity", length_by(tables.face_offsets), tables.face_connectivity))
+        return false;
+      fault = faces_of(types, tables, faces);
+    } else {
+      fault = "piece " + std::to_string(Piece) + " has polyhedra, and not the arrays of their faces";
+    }
+    if (!fault.empty()) vtkErrorMacro(<< fault << ".");
+    return fault.empty();
+  }
+
+  bool read_integers(const std::string& name, std::int64_t count, Integers& to) {
+    vtkXMLDataElement& element = *face_arrays_[static_cast<std::size_t>(Piece)].at(name);
+    vtkSmartPointer<vtkAbstractArray> any;
+    any.TakeReference(CreateArray(&element));
+    auto* const array = vtkDataArray::SafeDownCast(any);
+    if (!array || array->GetNumberOfComponents() != 1) {
+      vtkErrorMacro("array '" << name << "' is not one of single numbers.");
+      return false;
+    }
+    if (count < 0 || !is_true_size(static_cast<double>(count) * array->GetDataTypeSize(), file_bytes)) {
+      vtkErrorMacro("array '" << name << "' should have " << count << " values, more than the file can hold.");
+      return false;
+    }
+    array->SetNumberOfTuples(count);
+    if (!ReadArrayValues(&element, 0, array, 0, count, OTHER)) return false;
+    to.resize(static_cast<std::size_t>(count));
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      const double value = array->GetComponent(static_cast<vtkIdType>(i), 0);
+      if (!(value >= -1 && value < 0x1p53)) {
+        vtkErrorMacro("value " << i << " of array '" << name << "' is neither a point, a face nor a place.");
+        return false;
+      }
+      to[i] = static_cast<std::int64_t>(value);
+    }
+    return true;
+  }
+
+  /// First those of VTK up to 9.3, then those of later versions.
+  static constexpr std::array<const char*, 6> kFaceArrays = {
+      "faceoffsets", "faces", "polyhedron_offsets", "polyhedron_to_faces", "face_offsets", "face_connectivity"};
+  std::vector<std::map<std::string, vtkSmartPointer<vtkXMLDataElement>>> face_arrays_; ///< by piece
   std::optional<std::string> first_layout_;       ///< of the first piece that has points
   std::optional<std::string> first_ghost_layout_; ///< of the first piece that has cells
 };
@@ -638,7 +742,7 @@ void read_vtu(const Source& source, Assembler& assembler) {
     source.messages.throw_on_error(source.path);
     if (!good) assembler.fail("the contents do not make a mesh");
     assembler.add_points(*reader->GetOutput());
-    assembler.add_cells(*reader->GetOutput());
+    assembler.add_cells(*reader->GetOutput(), reader->faces);
   }
 }
 

@@ -34,7 +34,7 @@ void run_import(Input input) {
 std::vector<Bytes> import_seeds() {
   std::vector<Bytes> seeds;
   for (const char* name : {"meshio_42.vtk", "vtk_51.vtk", "meshio_ascii.vtu", "meshio_lzma.vtu", "meshio_zlib.vtu",
-                           "piece_0.vtu", "vtk_appended_base64_lz4.vtu"}) {
+                           "piece_0.vtu", "vtk_appended_base64_lz4.vtu", "vtk_polyhedra.vtu"}) {
     std::ifstream in(std::filesystem::path(PTET_SOURCE_DIR) / "tests" / "fixtures" / name, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     const Input bytes = std::as_bytes(std::span(text));

@@ -344,8 +344,7 @@ TEST_CASE("what is not a tetrahedral mesh is refused by name", "[vtk]") {
     text.types = "10 41";
     CHECK_THAT(failure_of_text(text.file()).message,
                Catch::EndsWith("holds 1 cell of vtkConvexPointSet (first: cell 1), which ptet cannot split into "
-                               "tetrahedra: do so first, as "
-                               "ParaView's Tetrahedralize does, or foamToVTK -poly-decomp for OpenFOAM"));
+                               "tetrahedra: do so first, as ParaView's Tetrahedralize does"));
   }
   SECTION("a cell type that nobody knows") {
     text.types = "200";

@@ -1,0 +1,57 @@
+// A polyhedron into pyramids and tetrahedra around a new point in its middle: over each quadrilateral a pyramid, over
+// each other face the tetrahedra on the triangles that it is cut into. Two polyhedra that share a face cut it alike,
+// since that depends on the positions of its corners alone.
+//
+// VTK's own vtkPolyhedron::Triangulate was not taken: it makes Delaunay tetrahedra of each cell by itself, so that
+// neighbours disagree.
+#pragma once
+
+#include "mesh/predicates.hpp"
+#include "ptet/mesh.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ptet::vtkio {
+
+/// The faces of the polyhedra of a grid, in the order of its cells. No more than 2^32 points.
+struct PolyhedronFaces {
+  std::vector<std::uint64_t> face_begin;   ///< by cell, and the end; none at all where the grid has no polyhedra
+  std::vector<std::uint64_t> corner_begin; ///< by face, and the end
+  std::vector<std::uint32_t> corners;      ///< rows of the grid's points
+};
+
+using Polygon = std::vector<VertexId>;
+
+/// Faces with more corners are not cut.
+constexpr std::size_t kMostCornersOfFace = 256;
+
+/// The mean of some rows: weight[i] times row points[i], together.
+struct MeanPoint {
+  std::vector<VertexId> points; ///< each once
+  std::vector<double> weights;  ///< at least 0; their sum is 1
+};
+
+/// What stands around a polyhedron's middle. Faces are outward oriented: (b - a) x (c - a) points away from the middle.
+struct SplitPolyhedron {
+  MeanPoint middle;
+  std::vector<Face> triangles;
+  std::vector<std::array<VertexId, 4>> quadrilaterals;
+  /// Whether the middle sees one of these from behind: what stands on it is turned over.
+  bool is_turned = false;
+};
+
+/// Splits the polyhedron with these faces, which may be oriented at will and are so oriented that their edges match.
+/// The middle is the mean of the points, or where that does not see all faces the middle of the surface, if that sees
+/// more.
+/// Returns false, and leaves `to` unspecified, where the faces do not close: an edge is not on two of them.
+/// Cost: the cube of a face's number of corners, at most kMostCornersOfFace.
+[[nodiscard]] bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, SplitPolyhedron& to);
+
+/// Appends a row: the mean of others, rounded to the type of the array, and between the least and the greatest of them.
+void append_mean(PointArray& array, const MeanPoint& mean);
+
+} // namespace ptet::vtkio
