@@ -73,8 +73,7 @@ std::vector<BoundaryPieces::Held> BoundaryPieces::held(std::uint32_t face) const
 }
 
 BoundaryPieces::Division::Division(const BoundaryPieces& pieces)
-    : of_(pieces), division_(pieces.rounding_), row_of_(pieces.positions_.size()), stamp_of_(pieces.positions_.size()) {
-}
+    : of_(pieces), division_(pieces.rounding_), row_of_(pieces.positions_.size()), has_row_(pieces.positions_.size()) {}
 
 /// What the faces hold, with parts of one triangle merged again, by triangle.
 void BoundaryPieces::Division::gather(std::span<const std::uint32_t> fine) {
@@ -120,10 +119,7 @@ void BoundaryPieces::Division::add_rows(std::uint32_t triangle, const Part& part
         p[k] = x[0][k] + c[0] * (x[1][k] - x[0][k]) + c[1] * (x[2][k] - x[0][k]);
       rows_.push_back(division_.add_point(p));
     } else {
-      if (stamp_of_[vertex] != stamp_) {
-        stamp_of_[vertex] = stamp_;
-        row_of_[vertex] = division_.add_point(of_.positions_[vertex]);
-      }
+      if (has_row_.add(vertex)) row_of_[vertex] = division_.add_point(of_.positions_[vertex]);
       rows_.push_back(row_of_[vertex]);
     }
   }
@@ -156,10 +152,7 @@ double BoundaryPieces::Division::merge_placed(std::size_t first, bool all) {
 }
 
 void BoundaryPieces::Division::begin(std::span<const PatchTriangle> coarse) {
-  if (++stamp_ == 0) {
-    std::fill(stamp_of_.begin(), stamp_of_.end(), 0U);
-    stamp_ = 1;
-  }
+  has_row_.clear();
   division_.begin(coarse);
   rows_.clear();
 }

@@ -14,6 +14,7 @@
 
 #include "build/patch_division.hpp"
 #include "error/surface_distance.hpp"
+#include "mesh/clearable_set.hpp"
 
 namespace ptet::build {
 
@@ -112,8 +113,8 @@ private:
   std::vector<std::pair<std::uint32_t, std::uint32_t>> found_; ///< triangle, part
   std::vector<Gathered> gathered_;
   std::vector<std::uint32_t> rows_;
-  std::vector<std::uint32_t> row_of_, stamp_of_; ///< by vertex
-  std::uint32_t stamp_ = 0;
+  std::vector<std::uint32_t> row_of_; ///< by vertex
+  ClearableSet has_row_;              ///< vertices
   std::vector<PatchDivision::Placed> divided_;
   std::vector<PatchTriangle> near_;
   std::vector<Part> scratch_;

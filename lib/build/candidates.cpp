@@ -48,11 +48,8 @@ Candidates::Candidates(const WorkingComplex& complex, const WorkingSurface& surf
 /// The vertices that `v` may be unified with; raises its height to what is found.
 void Candidates::find_targets(Vertex v, Worker& worker) {
   worker.targets.clear();
-  if (++worker.stamp == 0) { // the stamps have gone round
-    std::fill(worker.mark.begin(), worker.mark.end(), 0U);
-    worker.stamp = 1;
-  }
-  worker.mark[v] = worker.stamp;
+  worker.seen.clear();
+  worker.seen.add(v);
   const bool boundary = surface_.contains(v);
   // Never lowered, so that it is the same whether a page is filled anew or mended.
   std::uint32_t& height = pages_[v].height;
@@ -62,9 +59,7 @@ void Candidates::find_targets(Vertex v, Worker& worker) {
     // A boundary vertex may only move along the boundary: its targets stand in its ghosts.
     if (boundary && !complex_.is_ghost(slot)) continue;
     for (const Vertex x : slot.v) {
-      if (x == complex_.dummy() || worker.mark[x] == worker.stamp) continue;
-      worker.mark[x] = worker.stamp;
-      worker.targets.push_back(x);
+      if (x != complex_.dummy() && worker.seen.add(x)) worker.targets.push_back(x);
     }
   }
 }

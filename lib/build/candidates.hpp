@@ -20,6 +20,7 @@
 #include "build/quadric_predictor.hpp"
 #include "build/trial.hpp"
 #include "build/working_surface.hpp"
+#include "mesh/clearable_set.hpp"
 #include "mesh/large_pages.hpp"
 
 #include <array>
@@ -132,11 +133,10 @@ private:
     }
   };
   struct Worker {
-    Worker(Trial its_trial, std::size_t vertices) : trial(std::move(its_trial)), mark(vertices + 1) {}
+    Worker(Trial its_trial, std::size_t vertices) : trial(std::move(its_trial)), seen(vertices + 1) {}
 
     Trial trial;
-    std::vector<std::uint32_t> mark; ///< by vertex, the dummy last
-    std::uint32_t stamp = 0;
+    ClearableSet seen; ///< of vertices, the dummy last
     std::vector<Vertex> targets;
     std::vector<float> costs;
     std::vector<HalfEdge> half_edges;

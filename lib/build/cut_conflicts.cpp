@@ -2,6 +2,7 @@
 
 #include "build/self_crossings.hpp"
 #include "mesh/box_tree.hpp"
+#include "mesh/clearable_set.hpp"
 #include "mesh/face_plane.hpp"
 #include "ptet/error.hpp"
 #include "record/parents.hpp"
@@ -113,33 +114,6 @@ private:
   std::vector<SelfCrossings::Set> of_record_;
 };
 
-/// Marks on records, all taken away at once.
-class Marks {
-public:
-  explicit Marks(std::size_t count) : stamp_of_(count) {}
-  void clear() {
-    if (++stamp_ != 0) return;
-    std::fill(stamp_of_.begin(), stamp_of_.end(), 0);
-    stamp_ = 1;
-  }
-  [[nodiscard]] bool has(Record r) const { return stamp_of_[r] == stamp_; }
-  /// False if it was there before.
-  bool add(Record r) {
-    if (has(r)) return false;
-    stamp_of_[r] = stamp_;
-    return true;
-  }
-  bool remove(Record r) {
-    if (!has(r)) return false;
-    stamp_of_[r] = stamp_ - 1;
-    return true;
-  }
-
-private:
-  std::vector<std::uint32_t> stamp_of_;
-  std::uint32_t stamp_ = 0;
-};
-
 class Conflicts {
 public:
   Conflicts(const PreparedMesh& prepared, const RecordStream& records)
@@ -202,8 +176,8 @@ private:
 
   struct Scratch {
     explicit Scratch(std::size_t count) : reached(count), open(count) {}
-    Marks reached;
-    Marks open; ///< makers of faces near by that were not reached yet
+    ClearableSet reached; ///< records
+    ClearableSet open;    ///< makers of faces near by that were not reached yet
     std::size_t open_count = 0;
     Record last = 0;                 ///< of those that were open
     std::vector<Record> queue;       ///< the records reached

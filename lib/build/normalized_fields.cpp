@@ -58,8 +58,8 @@ double spread_of(const PointArray& array, const PreparedMesh& prepared, std::uin
   return range;
 }
 
-/// Diagonal of the box of values over the used vertices; for one component the range.
-double range_of(const PointArray& array, const PreparedMesh& prepared, std::vector<std::string>& notes) {
+/// range_of() the used vertices, or an Error that says why errors of this field cannot be measured.
+double checked_range(const PointArray& array, const PreparedMesh& prepared, std::vector<std::string>& notes) {
   double range = 0;
   std::string note; // one for all components
   for (std::uint32_t component = 0; component < array.components; ++component)
@@ -80,7 +80,7 @@ NormalizedFields::NormalizedFields(const PreparedMesh& prepared, const std::vect
   const TetMesh& mesh = prepared.mesh;
   for (const std::uint32_t index : governing_arrays(mesh, names)) {
     const PointArray& array = mesh.point_arrays[index];
-    fields_.push_back({index, ranges != nullptr ? ranges->at(fields_.size()) : range_of(array, prepared, notes_)});
+    fields_.push_back({index, ranges != nullptr ? ranges->at(fields_.size()) : checked_range(array, prepared, notes_)});
   }
   std::vector<std::uint32_t> arrays;
   std::vector<double> scales;

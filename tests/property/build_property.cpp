@@ -170,22 +170,16 @@ TEST_CASE("the target is met exactly, as a number and as a part", "[build]") {
   CHECK(left_with_target(1e300) == 343);
 }
 
-/// The same mesh with every position mapped, in doubles, and test fields there.
-TetMesh mapped(const TetMesh& mesh, const std::function<Point(const Point&)>& map) {
-  std::vector<Point> positions;
-  std::vector<std::array<std::uint32_t, 4>> tets;
-  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-    positions.push_back(map(mesh.position(VertexId{v})));
-  for (const Tet& tet : mesh.tets)
-    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
-  TetMesh result = test::make_mesh(positions, tets, ScalarType::kFloat64);
+/// With every position mapped, and test fields there.
+TetMesh mapped_with_fields(const TetMesh& mesh, const std::function<Point(const Point&)>& map) {
+  TetMesh result = test::mapped(mesh, map);
   test::add_test_fields(result);
   return result;
 }
 
 /// Cells of six tets, 16 wide; layer k of them has its lower side at `height(k)`.
 TetMesh layers(int width, int count, const std::function<double(int)>& height) {
-  return mapped(test::grid({{width, width, count}, {}, 0, 1}), [&](const Point& p) {
+  return mapped_with_fields(test::grid({{width, width, count}, {}, 0, 1}), [&](const Point& p) {
     return Point{p[0], p[1], height(static_cast<int>(p[2] / 16))};
   });
 }
@@ -222,10 +216,11 @@ TEST_CASE("the floor of shapes does not go by what is flat by chance", "[build]"
 
 TEST_CASE("no floor for shapes is none for flat tets either", "[build]") {
   // Turned: what rounding makes of the volume of flat tets is not 0.
-  const TetMesh mesh = mapped(layers(8, 8, [](int k) { return 16 * (k < 4 ? k : k - 1); }), [](const Point& p) {
-    const double c = std::cos(0.7), s = std::sin(0.7), y = s * p[0] + c * p[1];
-    return Point{c * p[0] - s * p[1], c * y - s * p[2], s * y + c * p[2]};
-  });
+  const TetMesh mesh =
+      mapped_with_fields(layers(8, 8, [](int k) { return 16 * (k < 4 ? k : k - 1); }), [](const Point& p) {
+        const double c = std::cos(0.7), s = std::sin(0.7), y = s * p[0] + c * p[1];
+        return Point{c * p[0] - s * p[1], c * y - s * p[2], s * y + c * p[2]};
+      });
   BuildOptions options;
   options.prediction = Prediction::kQuadric;
   options.evaluation = Evaluation::kNone;

@@ -47,6 +47,15 @@ void add_array(TetMesh& mesh, const std::string& name, ScalarType type, std::uin
   mesh.point_arrays.push_back(std::move(array));
 }
 
+TetMesh mapped(const TetMesh& mesh, const std::function<Point(const Point&)>& map) {
+  std::vector<Point> positions;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+    positions.push_back(map(mesh.position(VertexId(v))));
+  TetMesh result = make_mesh(positions, {}, ScalarType::kFloat64);
+  result.tets = mesh.tets;
+  return result;
+}
+
 void add_test_fields(TetMesh& mesh) {
   add_array(mesh, "pressure", ScalarType::kFloat32, 1,
             [](const Point& p) { return std::vector<double>{std::sin(p[0] / 19) + std::cos(p[1] / 23) * p[2] / 40}; });

@@ -19,6 +19,8 @@ namespace ptet::test {
 /// Appends a point array: `value(position)` has `components` numbers.
 void add_array(TetMesh& mesh, const std::string& name, ScalarType type, std::uint32_t components,
                const std::function<std::vector<double>(const Point&)>& value);
+/// The same tets with every position mapped, in doubles; no fields.
+[[nodiscard]] TetMesh mapped(const TetMesh& mesh, const std::function<Point(const Point&)>& map);
 /// "pressure" (float32), "flow" (float64 x 3) and "marker" (uint8, the vertex id modulo 251).
 void add_test_fields(TetMesh& mesh);
 

@@ -42,17 +42,6 @@ TetMesh cube(int cells, int jitter, unsigned seed) {
   return test::grid({{cells, cells, cells}, {}, jitter, seed});
 }
 
-/// The same mesh with every position mapped, in doubles.
-TetMesh mapped(const TetMesh& mesh, const std::function<Point(const Point&)>& map) {
-  std::vector<Point> points;
-  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-    points.push_back(map(mesh.position(VertexId(v))));
-  std::vector<std::array<std::uint32_t, 4>> tets;
-  for (const Tet& tet : mesh.tets)
-    tets.push_back({tet[0].index(), tet[1].index(), tet[2].index(), tet[3].index()});
-  return test::make_mesh(points, tets, ScalarType::kFloat64);
-}
-
 Point at(const std::array<Point, 4>& corners, const std::array<double, 4>& weight) {
   Point p{};
   for (std::size_t k = 0; k < 4; ++k)
@@ -130,10 +119,10 @@ TEST_CASE("comparison: a linear field is the same on any two meshes", "[mesh-com
     return std::vector<double>{1e3 + 2 * p[0] - p[1] + 0.5 * p[2], p[0], -p[1]};
   };
   const Sample fine(cube(4, 3, 1), linear);
-  const Sample coarse(mapped(cube(3, 0, 2),
-                             [](const Point& p) {
-                               return Point{p[0] * 0.9, p[1] * 0.8 + 7, p[2]};
-                             }),
+  const Sample coarse(test::mapped(cube(3, 0, 2),
+                                   [](const Point& p) {
+                                     return Point{p[0] * 0.9, p[1] * 0.8 + 7, p[2]};
+                                   }),
                       linear);
   const MeshComparison comparison = compare(fine, coarse, {1, 2});
   const InsideDifference inside = comparison.exact_inside();
@@ -148,10 +137,10 @@ TEST_CASE("comparison: a linear field is the same on any two meshes", "[mesh-com
 
 TEST_CASE("comparison: a mesh is not off from itself, whatever its values", "[mesh-comparison]") {
   std::mt19937 random(1);
-  const Sample one(mapped(cube(5, 2, 3),
-                          [](const Point& p) {
-                            return Point{p[0] * 0.37, p[1] * 0.91, p[2] / 7};
-                          }),
+  const Sample one(test::mapped(cube(5, 2, 3),
+                                [](const Point& p) {
+                                  return Point{p[0] * 0.37, p[1] * 0.91, p[2] / 7};
+                                }),
                    [&](const Point&) {
                      const double value = static_cast<double>(random() % 1000) / 1000;
                      return std::vector<double>{value < 0.1 ? 1e30 : value};
@@ -207,10 +196,10 @@ TEST_CASE("comparison: overlap, inside and outside of a shifted box", "[mesh-com
   // point has x = 12, the difference is 12 - x: maximum 12, mean square 12^2 / 3.
   const Function x = [](const Point& p) { return std::vector<double>{p[0]}; };
   const Sample a(cube(3, 0, 1), x);
-  const Sample b(mapped(cube(2, 0, 1),
-                        [](const Point& p) {
-                          return Point{p[0] * 1.5 + 12, p[1] * 1.5, p[2] * 1.5};
-                        }),
+  const Sample b(test::mapped(cube(2, 0, 1),
+                              [](const Point& p) {
+                                return Point{p[0] * 1.5 + 12, p[1] * 1.5, p[2] * 1.5};
+                              }),
                  x);
   const MeshComparison comparison = compare(a, b);
   const double whole = 48 * 48 * 48;
@@ -292,7 +281,7 @@ TEST_CASE("comparison: what is too thin to be sampled is counted", "[mesh-compar
   const Function x = [](const Point& p) { return std::vector<double>{p[0]}; };
   const Sample a(cube(3, 0, 1), x);
   const double film = 1e-5;
-  const Sample b(mapped(cube(3, 0, 1), [&](const Point& p) { return Point{p[0] + film, p[1], p[2]}; }), x);
+  const Sample b(test::mapped(cube(3, 0, 1), [&](const Point& p) { return Point{p[0] + film, p[1], p[2]}; }), x);
   const MeshComparison comparison = compare(a, b);
   const InsideDifference inside = comparison.exact_inside();
   const OutsideDifference outside = comparison.sampled_outside(inside, false, 2000, 5);
@@ -304,10 +293,10 @@ TEST_CASE("comparison: what is too thin to be sampled is counted", "[mesh-compar
 
 TEST_CASE("comparison: values at points of no tet count for nothing", "[mesh-comparison]") {
   const Function bent = [](const Point& p) { return std::vector<double>{p[0] * p[0]}; };
-  const Sample a(cube(4, 0, 1), bent), b(mapped(cube(2, 0, 1),
-                                                [](const Point&p) {
-                                                  return Point{p[0] * 2, p[1] * 2, p[2] * 2};
-                                                }),
+  const Sample a(cube(4, 0, 1), bent), b(test::mapped(cube(2, 0, 1),
+                                                      [](const Point&p) {
+                                                        return Point{p[0] * 2, p[1] * 2, p[2] * 2};
+                                                      }),
                                          bent);
   const FieldDifference plain = compare(a, b).exact_inside().fields[0];
   REQUIRE(plain.max > 1);
@@ -325,10 +314,10 @@ TEST_CASE("comparison: values at points of no tet count for nothing", "[mesh-com
 TEST_CASE("comparison: exact errors of random meshes against dense sampling", "[mesh-comparison]") {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const Sample fine(cube(2, 3, seed), wavy);
-    Sample coarse(mapped(cube(1, 0, seed),
-                         [&](const Point& p) {
-                           return Point{2.1 * p[0] + 0.2 * p[1] - 1, 1.9 * p[1] + seed, 2 * p[2] - 0.3 * p[0]};
-                         }),
+    Sample coarse(test::mapped(cube(1, 0, seed),
+                               [&](const Point& p) {
+                                 return Point{2.1 * p[0] + 0.2 * p[1] - 1, 1.9 * p[1] + seed, 2 * p[2] - 0.3 * p[0]};
+                               }),
                   wavy);
     std::mt19937 random(seed);
     for (double& value : coarse.values)
@@ -365,7 +354,7 @@ TEST_CASE("comparison: slivers count like other tets", "[mesh-comparison]") {
   const TetMesh whole =
       test::make_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}}, {{0, 1, 2, 3}}, ScalarType::kFloat64);
   const auto none = [](const Point&) { return std::vector<double>{0.0}; };
-  Sample a(mapped(fan, turned), none), b(mapped(whole, turned), none);
+  Sample a(test::mapped(fan, turned), none), b(test::mapped(whole, turned), none);
   a.values = {0, 16, 0, 0, 1};
   b.values = {0, 16, 0, 0};
   for (const bool swapped : {false, true}) {
@@ -390,7 +379,7 @@ TEST_CASE("comparison: meshes apart, flat tets, tets that only touch", "[mesh-co
     return Point{c * x - s * y, c * (s * x + c * y) - s * z, s * (s * x + c * y) + c * z};
   };
   const auto moved = [&](const TetMesh& mesh, double by) {
-    return mapped(mesh, [&](const Point& p) { return turned(p[0] + by, p[1], p[2]); });
+    return test::mapped(mesh, [&](const Point& p) { return turned(p[0] + by, p[1], p[2]); });
   };
   const Sample a(moved(cube(2, 0, 1), 0), zero);
   const Sample far(moved(cube(1, 0, 1), 100), one), touching(moved(cube(3, 0, 1), 32), one);
@@ -406,10 +395,10 @@ TEST_CASE("comparison: meshes apart, flat tets, tets that only touch", "[mesh-co
 }
 
 TEST_CASE("comparison: the same on any number of threads, and for the same seed", "[mesh-comparison]") {
-  const Sample fine(cube(6, 3, 1), wavy), coarse(mapped(cube(3, 3, 2),
-                                                        [](const Point&p) {
-                                                          return Point{1.9 * p[0], 2 * p[1], 2.1 * p[2]};
-                                                        }),
+  const Sample fine(cube(6, 3, 1), wavy), coarse(test::mapped(cube(3, 3, 2),
+                                                              [](const Point&p) {
+                                                                return Point{1.9 * p[0], 2 * p[1], 2.1 * p[2]};
+                                                              }),
                                                  wavy);
   const MeshComparison comparison = compare(fine, coarse);
   std::vector<double> first;
