@@ -235,10 +235,10 @@ VertexId Assembler::vertex(Index id, std::uint64_t cell) const {
   return VertexId(static_cast<std::uint32_t>(first_point_ + static_cast<std::uint64_t>(id)));
 }
 
-void Assembler::add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell) {
+void Assembler::add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell, bool is_part) {
   if (cells_to_split_.size() == kMaxRows)
     throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " cells to be split");
-  cells_to_split_.add(type, points, cell, mesh_.tets.size());
+  cells_to_split_.add(type, points, cell, mesh_.tets.size(), is_part);
 }
 
 void Assembler::add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell) {
@@ -256,8 +256,11 @@ void Assembler::add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_
     for (const std::uint32_t id : corners)
       face.push_back(vertex(std::int64_t{id}, cell));
   }
-  if (!split_polyhedron(faces_, mesh_, polyhedron_))
-    fail(the_cell + " is not closed: its faces do not meet two by two at their edges");
+  if (!split_polyhedron(
+          faces_, mesh_, [&] { look(); }, polyhedron_))
+    fail(the_cell +
+         " is not closed: its faces do not meet two by two at their edges (a point on an edge must be one of "
+         "either face there)");
   if (mesh_.positions.type != ScalarType::kFloat32 && mesh_.positions.type != ScalarType::kFloat64)
     fail(the_cell + " needs a point in its middle, which the type of the coordinates (" +
          name_of(mesh_.positions.type) + ") may not have: write them as float64");
@@ -269,12 +272,12 @@ void Assembler::add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_
   append_mean(mesh_.positions, polyhedron_.middle);
   for (PointArray& array : mesh_.point_arrays)
     append_mean(array, polyhedron_.middle);
-  constexpr std::uint64_t kBetweenLooks = 1024; // some 15 ms
+  constexpr std::uint64_t kBetweenLooks = 1024; // some 15 ms where faces have few corners
   if (++middles_ % kBetweenLooks == 0) look();
   for (const auto& [a, b, c] : polyhedron_.triangles)
     mesh_.tets.push_back({middle, a, b, c});
   for (const auto& [a, b, c, d] : polyhedron_.quadrilaterals)
-    add_cell_to_split(VTK_PYRAMID, std::array{a, d, c, b, middle}, cell); // of VTK's pyramids, the base looks in
+    add_cell_to_split(VTK_PYRAMID, std::array{a, d, c, b, middle}, cell, true); // of VTK's pyramids, the base looks in
   if (polyhedron_.is_turned) turned_.push_back(cell);
 }
 
@@ -317,6 +320,7 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
            " points");
     for (std::size_t k = 0; k < size; ++k)
       points[k] = vertex(ids[static_cast<std::uint64_t>(offsets[i]) + k], cell);
+    to_plain_order(types[i], {points.data(), size});
     ++volume_cells_[type].count;
     if (type == VTK_TETRA)
       mesh_.tets.push_back({points[0], points[1], points[2], points[3]});
@@ -382,14 +386,17 @@ TetMesh Assembler::finish() {
   if (!parts.empty()) report_.notes.push_back("split " + joined(parts) + " into tetrahedra");
   if (middles_ != 0)
     report_.notes.push_back("added " + grouped(middles_) + (middles_ == 1 ? " point" : " points") +
-                            " in the middle of polyhedra, with the mean of the values around: they come after the "
-                            "points of the file");
+                            " in the middle of polyhedra, with the mean of the values around: they stand behind the "
+                            "points of their piece");
   CellSplitting::Unsplit unsplit = cells_to_split_.split(mesh_, [&] { look(); });
-  unsplit.turned.insert(unsplit.turned.end(), turned_.begin(), turned_.end());
-  std::sort(unsplit.turned.begin(), unsplit.turned.end());
-  unsplit.turned.erase(std::unique(unsplit.turned.begin(), unsplit.turned.end()), unsplit.turned.end());
   note_cells(unsplit.turned, "cannot be split without turning tetrahedra over by any of the diagonals that were tried: "
                              "folded, or with faces that are warped too much");
+  std::vector<std::uint64_t>& polyhedra = unsplit.turned_parts;
+  polyhedra.insert(polyhedra.end(), turned_.begin(), turned_.end());
+  std::sort(polyhedra.begin(), polyhedra.end());
+  polyhedra.erase(std::unique(polyhedra.begin(), polyhedra.end()), polyhedra.end());
+  note_cells(polyhedra, "cannot be split without turning tetrahedra over: neither the mean of the points of such a "
+                        "polyhedron nor the middle of its surface sees all of its faces from within");
   note_cells(unsplit.gone, "left out: their points repeat, so that they have no volume");
   if (unsplit.paired != 0)
     report_.notes.push_back("left out " + grouped(unsplit.paired) +

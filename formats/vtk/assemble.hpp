@@ -55,7 +55,7 @@ private:
   /// The point `id` of the grid, which the cell says it has.
   template <class Index>
   [[nodiscard]] VertexId vertex(Index id, std::uint64_t cell) const;
-  void add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell);
+  void add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell, bool is_part = false);
   void add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell);
   void note_component_names(const std::string& name, vtkDataArray& array);
   void count_ghost_points(vtkAbstractArray& array);
@@ -70,7 +70,7 @@ private:
   CellSplitting cells_to_split_;
   std::vector<Polygon> faces_;        ///< of a polyhedron
   SplitPolyhedron polyhedron_;        ///< what it is split to
-  std::vector<std::uint64_t> turned_; ///< ids of those that give tets that are turned over
+  std::vector<std::uint64_t> turned_; ///< ids of polyhedra that give turned tets
   std::uint64_t middles_ = 0;         ///< points that were added in polyhedra
   bool has_points_ = false;
   std::uint64_t first_point_ = 0; ///< row of the first point of the grid added last

@@ -16,8 +16,9 @@
 namespace ptet::vtkio {
 namespace {
 
-/// Tets of a cell that are turned over count most, flat ones where nothing else differs.
-constexpr std::uint32_t kTurned = 16, kFlat = 1;
+/// Tets of a cell that are turned over count most, flat ones where nothing else differs, but those of parts of cells
+/// more. A cell gives no more than 48, a part no more than two.
+constexpr std::uint32_t kTurned = 256, kFlatInPart = 64, kFlat = 1;
 /// Places with more cells around them stay where they are: each look at one takes them all.
 constexpr std::size_t kMostAround = 256;
 /// Some milliseconds of work.
@@ -29,9 +30,9 @@ std::span<const VertexId> CellSplitting::points_of(const Cell& cell) const {
   return std::span(points_).subspan(cell.points_begin, cell_size(cell.type).points);
 }
 
-void CellSplitting::add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id,
-                        std::size_t tets_before) {
-  cells_.push_back({id, tets_before, points_.size(), vtk_cell_type});
+void CellSplitting::add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before,
+                        bool is_part) {
+  cells_.push_back({id, tets_before, points_.size(), vtk_cell_type, is_part});
   points_.insert(points_.end(), points.begin(), points.end());
 }
 
@@ -48,14 +49,15 @@ public:
     split_cell(cell.type, points, has_diagonals(cell.type) ? ranks_of(points) : Ranks{}, mesh_, tets);
   }
 
-  /// Looks at all cells, and changes the order where some give turned tets.
+  /// Looks at all cells, and changes the order where some give turned tets, or parts of cells flat ones.
   void improve();
   /// Whether a cell, by its place in the splitting, gives turned tets by the order that improve() left.
-  [[nodiscard]] bool is_bad(std::size_t cell) const { return badness_[cell] >= kTurned; }
+  [[nodiscard]] bool gives_turned(std::size_t cell) const { return badness_[cell] >= kTurned; }
   /// Whether it may give flat ones.
   [[nodiscard]] bool may_be_flat(std::size_t cell) const { return badness_[cell] != 0; }
 
 private:
+  [[nodiscard]] bool is_worth_a_move(std::size_t cell) const { return badness_[cell] >= kFlatInPart; }
   /// How bad the tets are that a cell gives: 0 when all of them have the orientation of the whole cell, or no order
   /// makes them better.
   [[nodiscard]] std::uint32_t badness(const Cell& cell) {
@@ -72,7 +74,8 @@ private:
       const int sign = sure_orientation(a, b, c, d);
       ++(sign > 0 ? straight : sign < 0 ? turned : flat);
     }
-    return kTurned * (volume < 0 ? straight : turned) + kFlat * flat;
+    const bool is_turned = volume < 0 && !cell.is_part;
+    return kTurned * (is_turned ? straight : turned) + (cell.is_part ? kFlatInPart : kFlat) * flat;
   }
 
   /// Where a place goes, and how much less bad cells are for it.
@@ -234,7 +237,7 @@ OrderOfPoints::Move OrderOfPoints::best_move(std::uint32_t cell) {
 
 void OrderOfPoints::improve() {
   const std::uint64_t sum_by_position = examine_all();
-  if (std::none_of(badness_.begin(), badness_.end(), [](std::uint32_t b) { return b >= kTurned; })) return;
+  if (std::none_of(badness_.begin(), badness_.end(), [](std::uint32_t b) { return b >= kFlatInPart; })) return;
   for (const VertexId v : splitting_.points_) {
     const Point at = mesh_.position(v);
     if (!std::all_of(at.begin(), at.end(), [](double x) { return std::isfinite(x); })) return; // there is no order
@@ -251,7 +254,7 @@ void OrderOfPoints::improve() {
   std::deque<std::uint32_t> bad;
   std::vector<char> is_queued(splitting_.cells_.size(), 0);
   const auto queue = [&](std::uint32_t c) {
-    if (!is_bad(c) || is_queued[c] != 0) return;
+    if (!is_worth_a_move(c) || is_queued[c] != 0) return;
     is_queued[c] = 1;
     bad.push_back(c);
   };
@@ -262,7 +265,7 @@ void OrderOfPoints::improve() {
     const std::uint32_t cell = bad.front();
     bad.pop_front();
     is_queued[cell] = 0;
-    if (!is_bad(cell)) continue;
+    if (!is_worth_a_move(cell)) continue;
     const Move move = best_move(cell);
     if (move.gain == 0) continue;
     moved_[move.place] = move.to;
@@ -341,10 +344,11 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     const std::size_t before = tets.size();
     order.append_tets(cell, tets);
     if (tets.size() == before) unsplit.gone.push_back(cell.id);
-    if (order.is_bad(c)) unsplit.turned.push_back(cell.id);
+    if (order.gives_turned(c)) (cell.is_part ? unsplit.turned_parts : unsplit.turned).push_back(cell.id);
+    // Flat but for rounding: a pair of them is nothing, whatever it is.
     for (std::size_t t = before; order.may_be_flat(c) && t < tets.size(); ++t)
-      if (orientation(mesh.position(tets[t][0]), mesh.position(tets[t][1]), mesh.position(tets[t][2]),
-                      mesh.position(tets[t][3])) == 0)
+      if (sure_orientation(mesh.position(tets[t][0]), mesh.position(tets[t][1]), mesh.position(tets[t][2]),
+                           mesh.position(tets[t][3])) == 0)
         flat.push_back(t);
   }
   take_others_until(mesh.tets.size());

@@ -22,15 +22,18 @@ public:
   /// Cells that could not be split well.
   struct Unsplit {
     std::vector<std::uint64_t> turned; ///< ids of those with diagonals of which some tets are turned over all the same
-    std::vector<std::uint64_t> gone;   ///< of those that give no tet, since their points repeat
+    std::vector<std::uint64_t> turned_parts; ///< likewise, of those that are part of a cell
+    std::vector<std::uint64_t> gone;         ///< of those that give no tet, since their points repeat
     /// How many flat tets are left out: pairs on the same points, one the other turned over. Two pyramids of one cell
     /// give them where they meet along an edge with a point on it; what they lie between meets without them.
     std::size_t paired = 0;
   };
 
   /// A cell that is to be split, and its tets to come after the first `tets_before` of the mesh. `id`: to tell the
-  /// user.
-  void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before);
+  /// user. `is_part`: of a cell that is split already, so that it is known which way round it should be, and that
+  /// a diagonal along its edge is to be avoided: of such parts faces may be triangles with a point on a side.
+  void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before,
+           bool is_part = false);
   [[nodiscard]] std::size_t size() const { return cells_.size(); }
   /// That a cell takes, beside its points, until it is split.
   [[nodiscard]] static constexpr std::size_t bytes_of_cell() { return sizeof(Cell); }
@@ -45,6 +48,7 @@ private:
     std::size_t tets_before;
     std::size_t points_begin;
     int type;
+    bool is_part;
   };
   [[nodiscard]] std::span<const VertexId> points_of(const Cell& cell) const;
 

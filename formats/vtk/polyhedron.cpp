@@ -5,12 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <tuple>
 #include <type_traits>
 
 namespace ptet::vtkio {
 namespace {
+
+/// In cubes of the numbers of corners of faces: some 30 milliseconds.
+constexpr std::size_t kWorkBetweenLooks = std::size_t{1} << 25;
 
 /// An edge as a face passes it.
 struct Side {
@@ -238,61 +242,78 @@ void weigh_by_area(SplitPolyhedron& split, const TetMesh& mesh) {
   mean.weights = std::move(weights);
 }
 
-double mean_of(const PointArray& array, std::uint32_t component, const MeanPoint& mean) {
-  // As a difference from the first: of equal numbers it is that number.
-  const double first = array.value(mean.points[0].index(), component);
-  double least = first, greatest = first, sum = 0;
-  for (std::size_t i = 0; i < mean.points.size(); ++i) {
-    const double value = array.value(mean.points[i].index(), component);
-    least = std::min(least, value);
-    greatest = std::max(greatest, value);
-    sum += mean.weights[i] * (value - first);
+/// a - b, exact where it is small.
+template <class T>
+double difference(T a, T b) {
+  if constexpr (std::is_integral_v<T> && sizeof(T) == 8) {
+    using Unsigned = std::make_unsigned_t<T>; // the difference may pass a T
+    return a >= b ? static_cast<double>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b))
+                  : -static_cast<double>(static_cast<Unsigned>(b) - static_cast<Unsigned>(a));
+  } else {
+    return static_cast<double>(a) - static_cast<double>(b);
   }
-  const double all = first + sum;
-  return std::isnan(all) ? all : std::clamp(all, least, greatest);
 }
 
+/// first + difference, which lies between 0 and that of another value.
 template <class T>
-T rounded_to(double value) {
+T moved_by(T first, double by) {
   if constexpr (std::is_integral_v<T>) {
-    // The bounds of 64 bits are rounded up to what does not fit.
-    if (value >= static_cast<double>(std::numeric_limits<T>::max())) return std::numeric_limits<T>::max();
-    return static_cast<T>(std::round(value));
+    using Unsigned = std::make_unsigned_t<T>;
+    const auto steps = static_cast<Unsigned>(std::abs(std::round(by)));
+    return static_cast<T>(by < 0 ? static_cast<Unsigned>(first) - steps : static_cast<Unsigned>(first) + steps);
   } else {
-    return static_cast<T>(value);
+    return static_cast<T>(static_cast<double>(first) + by);
   }
+}
+
+/// Of the rows of one component, from the first on: of equal numbers it is that number, in every bit of an integer.
+template <class T>
+T mean_of(const PointArray& array, std::uint32_t component, const MeanPoint& mean) {
+  const auto value = [&](std::size_t i) {
+    return load<T>(array.bytes.data() + mean.points[i].index() * array.row_bytes() + component * sizeof(T));
+  };
+  const T first = value(0);
+  T least = first, greatest = first;
+  double sum = 0;
+  for (std::size_t i = 0; i < mean.points.size(); ++i) {
+    least = std::min(least, value(i));
+    greatest = std::max(greatest, value(i));
+    sum += mean.weights[i] * difference(value(i), first);
+  }
+  if constexpr (std::is_floating_point_v<T>) {
+    if (least == greatest) return first;
+    if (!std::isfinite(sum)) { // infinities, or numbers too far apart
+      double all = 0;
+      for (std::size_t i = 0; i < mean.points.size(); ++i)
+        if (mean.weights[i] > 0) all += mean.weights[i] * static_cast<double>(value(i));
+      return static_cast<T>(all);
+    }
+  }
+  if (sum >= difference(greatest, first)) return greatest;
+  if (sum <= difference(least, first)) return least;
+  return std::clamp(moved_by(first, sum), least, greatest);
 }
 
 Point position_of(const MeanPoint& mean, const PointArray& positions) {
   Point at{};
-  for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    const double exact = mean_of(positions, axis, mean);
-    at[axis] =
-        dispatch(positions.type, [&](auto type) { return static_cast<double>(rounded_to<decltype(type)>(exact)); });
-  }
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    at[axis] = dispatch(positions.type,
+                        [&](auto type) { return static_cast<double>(mean_of<decltype(type)>(positions, axis, mean)); });
   return at;
 }
 
-/// Faces that the middle sees from behind.
-struct Turned {
-  std::size_t wholly = 0;
-  std::size_t in_part = 0; ///< quadrilaterals that may look at it by one diagonal, and do not by the other
-  [[nodiscard]] std::size_t all() const { return wholly + in_part; }
-};
-
-Turned count_turned(const SplitPolyhedron& split, const TetMesh& mesh) {
+/// How many triangles the middle sees from behind, with those of a quadrilateral by both diagonals.
+std::size_t count_turned(const SplitPolyhedron& split, const TetMesh& mesh) {
   const Point middle = position_of(split.middle, mesh.positions);
   const auto is_turned = [&](VertexId a, VertexId b, VertexId c) {
     return sure_orientation(middle, mesh.position(a), mesh.position(b), mesh.position(c)) < 0;
   };
-  Turned turned;
+  std::size_t turned = 0;
   for (const auto& [a, b, c] : split.triangles)
-    turned.wholly += is_turned(a, b, c) ? 1 : 0;
-  for (const auto& [a, b, c, d] : split.quadrilaterals) {
-    const int corners = is_turned(a, b, c) + is_turned(b, c, d) + is_turned(c, d, a) + is_turned(d, a, b);
-    turned.wholly += corners == 4 ? 1 : 0;
-    turned.in_part += corners != 0 && corners != 4 ? 1 : 0;
-  }
+    turned += is_turned(a, b, c) ? 1 : 0;
+  for (const auto& [a, b, c, d] : split.quadrilaterals)
+    for (const auto& [p, q, r] : {Face{a, b, c}, Face{b, c, d}, Face{c, d, a}, Face{d, a, b}})
+      turned += is_turned(p, q, r) ? 1 : 0;
   return turned;
 }
 
@@ -308,7 +329,8 @@ double signed_volume(const std::vector<Polygon>& faces, const TetMesh& mesh) {
 
 } // namespace
 
-bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, SplitPolyhedron& to) {
+bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, const std::function<void()>& look,
+                      SplitPolyhedron& to) {
   drop_repeated(faces);
   if (faces.empty() || !turn_alike(faces)) return false;
   if (signed_volume(faces, positions) < 0)
@@ -318,41 +340,47 @@ bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, Spl
   to.triangles.clear();
   to.quadrilaterals.clear();
   PolygonCutter cutter(positions);
+  std::size_t work = 0;
   for (const Polygon& face : faces) {
-    if (face.size() == 3)
+    const std::size_t n = face.size();
+    if (n == 3)
       to.triangles.push_back({face[0], face[1], face[2]});
-    else if (face.size() == 4)
+    else if (n == 4)
       to.quadrilaterals.push_back({face[0], face[1], face[2], face[3]});
     else
       cutter.append_triangles(face, to.triangles);
+    work += n * n * n;
+    if (work > kWorkBetweenLooks) {
+      look();
+      work = 0;
+    }
   }
+  std::erase_if(to.triangles, [](const Face& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+  // Corners that repeat are not beside one another any more: both of its triangles have one twice.
+  std::erase_if(to.quadrilaterals, [](const auto& q) { return q[0] == q[2] || q[1] == q[3]; });
 
   to.middle.points = points_of(faces);
   weigh_alike(to.middle);
-  Turned turned = count_turned(to, positions);
-  if (turned.all() != 0) {
+  if (const std::size_t turned = count_turned(to, positions); turned != 0) {
     const std::vector<double> alike = to.middle.weights;
     weigh_by_area(to, positions);
-    const Turned by_area = count_turned(to, positions);
-    if (by_area.all() < turned.all())
-      turned = by_area;
-    else
-      to.middle.weights = alike;
+    if (count_turned(to, positions) >= turned) to.middle.weights = alike;
   }
-  to.is_turned = turned.wholly != 0;
+  const Point middle = position_of(to.middle, positions.positions);
+  to.is_turned = std::any_of(to.triangles.begin(), to.triangles.end(), [&](const Face& t) {
+    return sure_orientation(middle, positions.position(t[0]), positions.position(t[1]), positions.position(t[2])) < 0;
+  });
   return true;
 }
 
 void append_mean(PointArray& array, const MeanPoint& mean) {
   const std::size_t row = array.bytes.size();
   array.bytes.resize(row + array.row_bytes());
-  for (std::uint32_t c = 0; c < array.components; ++c) {
-    const double exact = mean_of(array, c, mean);
+  for (std::uint32_t c = 0; c < array.components; ++c)
     dispatch(array.type, [&](auto type) {
       using T = decltype(type);
-      store<T>(array.bytes.data() + row + c * sizeof(T), rounded_to<T>(exact));
+      store<T>(array.bytes.data() + row + c * sizeof(T), mean_of<T>(array, c, mean));
     });
-  }
 }
 
 } // namespace ptet::vtkio

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -40,7 +41,7 @@ struct SplitPolyhedron {
   MeanPoint middle;
   std::vector<Face> triangles;
   std::vector<std::array<VertexId, 4>> quadrilaterals;
-  /// Whether the middle sees one of these from behind: what stands on it is turned over.
+  /// Whether the middle sees a triangle from behind: the tetrahedron on it is turned over.
   bool is_turned = false;
 };
 
@@ -49,9 +50,12 @@ struct SplitPolyhedron {
 /// more.
 /// Returns false, and leaves `to` unspecified, where the faces do not close: an edge is not on two of them.
 /// Cost: the cube of a face's number of corners, at most kMostCornersOfFace.
-[[nodiscard]] bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, SplitPolyhedron& to);
+/// `look` is called now and then, and may throw.
+[[nodiscard]] bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions,
+                                    const std::function<void()>& look, SplitPolyhedron& to);
 
 /// Appends a row: the mean of others, rounded to the type of the array, and between the least and the greatest of them.
+/// Of values that are not finite it is not either, but NaN is where there are both infinities or NaN.
 void append_mean(PointArray& array, const MeanPoint& mean);
 
 } // namespace ptet::vtkio

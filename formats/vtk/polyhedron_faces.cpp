@@ -8,8 +8,8 @@
 namespace ptet::vtkio {
 namespace {
 
-std::string wrong(std::size_t cell, const std::string& what) {
-  return "the faces of cell " + std::to_string(cell) + ", a polyhedron, " + what;
+std::string wrong(const PieceCells& cells, std::size_t cell, const std::string& what) {
+  return "the faces of cell " + std::to_string(cells.first + cell) + ", a polyhedron, " + what;
 }
 
 bool is_point(std::int64_t id) {
@@ -38,32 +38,28 @@ std::int64_t length_by(const Integers& offsets) {
   return offsets.empty() ? 0 : offsets.back();
 }
 
-std::int64_t face_count(const Integers& polyhedron_to_faces) {
-  return polyhedron_to_faces.empty() ? 0
-                                     : *std::max_element(polyhedron_to_faces.begin(), polyhedron_to_faces.end()) + 1;
-}
-
-std::string faces_of(std::span<const unsigned char> types, const FaceStream& from, PolyhedronFaces& to) {
+std::string faces_of(const PieceCells& cells, const FaceStream& from, PolyhedronFaces& to) {
   begin(to);
   const Integers& stream = from.faces;
   std::size_t at = 0;
-  for (std::size_t cell = 0; cell < types.size(); ++cell) {
+  for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
     const std::int64_t stated = from.faceoffsets[cell];
-    if (types[cell] == VTK_POLYHEDRON) {
+    if (cells.types[cell] == VTK_POLYHEDRON) {
       // What is left of the stream bounds all that it says.
       const auto left = [&] { return static_cast<std::int64_t>(stream.size() - at); };
-      if (stated < 0 || left() < 1) return wrong(cell, "are not there");
+      if (stated < 0 || left() < 1) return wrong(cells, cell, "are not there");
       const std::int64_t faces = stream[at++];
       for (std::int64_t f = 0; f < faces; ++f) {
-        if (left() < 1 || stream[at] < 0 || stream[at] >= left()) return wrong(cell, "run past the end of their table");
+        if (left() < 1 || stream[at] < 0 || stream[at] >= left())
+          return wrong(cells, cell, "run past the end of their table");
         const std::size_t end = at + 1 + static_cast<std::size_t>(stream[at]);
         for (++at; at < end; ++at) {
-          if (!is_point(stream[at])) return wrong(cell, "use point " + std::to_string(stream[at]));
+          if (!is_point(stream[at])) return wrong(cells, cell, "use point " + std::to_string(stream[at]));
           to.corners.push_back(static_cast<std::uint32_t>(stream[at]));
         }
         to.corner_begin.push_back(to.corners.size());
       }
-      if (static_cast<std::int64_t>(at) != stated) return wrong(cell, "do not end where their offset says");
+      if (static_cast<std::int64_t>(at) != stated) return wrong(cells, cell, "do not end where their offset says");
     } else if (stated > static_cast<std::int64_t>(at)) {
       at = static_cast<std::size_t>(stated); // faces of another cell, which needs none; within the table
     }
@@ -72,21 +68,24 @@ std::string faces_of(std::span<const unsigned char> types, const FaceStream& fro
   return {};
 }
 
-std::string faces_of(std::span<const unsigned char> types, const FaceTables& from, PolyhedronFaces& to) {
+std::string faces_of(const PieceCells& cells, const FaceTables& from, PolyhedronFaces& to) {
   begin(to);
   if (!are_ends(from.polyhedron_offsets, from.polyhedron_to_faces.size()) ||
       !are_ends(from.face_offsets, from.face_connectivity.size()))
     return "the offsets of the faces of polyhedra do not go up from 0 to the lengths of their tables";
+  std::vector<std::uint8_t> uses(from.face_offsets.size());
   std::int64_t at = 0;
-  for (std::size_t cell = 0; cell < types.size(); ++cell) {
+  for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
     for (; at < from.polyhedron_offsets[cell]; ++at) {
-      if (types[cell] != VTK_POLYHEDRON) continue;
+      if (cells.types[cell] != VTK_POLYHEDRON) continue;
       const std::int64_t face = from.polyhedron_to_faces[static_cast<std::size_t>(at)];
-      if (face < 0 || face >= static_cast<std::int64_t>(from.face_offsets.size())) return wrong(cell, "are not there");
+      if (face < 0 || face >= static_cast<std::int64_t>(from.face_offsets.size()))
+        return wrong(cells, cell, "are not there");
       const auto f = static_cast<std::size_t>(face);
+      if (++uses[f] > 2) return wrong(cells, cell, "are those of two others, too");
       for (std::int64_t c = f == 0 ? 0 : from.face_offsets[f - 1]; c < from.face_offsets[f]; ++c) {
         const std::int64_t id = from.face_connectivity[static_cast<std::size_t>(c)];
-        if (!is_point(id)) return wrong(cell, "use point " + std::to_string(id));
+        if (!is_point(id)) return wrong(cells, cell, "use point " + std::to_string(id));
         to.corners.push_back(static_cast<std::uint32_t>(id));
       }
       to.corner_begin.push_back(to.corners.size());

@@ -28,11 +28,16 @@ struct FaceTables {
 [[nodiscard]] std::int64_t length_of_faces(const Integers& faceoffsets);
 /// How many values must stand in an array by the offsets into it.
 [[nodiscard]] std::int64_t length_by(const Integers& offsets);
-/// How many faces there are if these are all.
-[[nodiscard]] std::int64_t face_count(const Integers& polyhedron_to_faces);
 
-/// Fills `to`, and returns what is wrong where that cannot be; empty otherwise. `types`: VTK's, of all cells.
-[[nodiscard]] std::string faces_of(std::span<const unsigned char> types, const FaceStream& from, PolyhedronFaces& to);
-[[nodiscard]] std::string faces_of(std::span<const unsigned char> types, const FaceTables& from, PolyhedronFaces& to);
+/// The cells of a piece of a file.
+struct PieceCells {
+  std::span<const unsigned char> types; ///< VTK's
+  std::uint64_t first = 0;              ///< cells of the file before, for messages
+};
+
+/// Fills `to`, and returns what is wrong where that cannot be; empty otherwise.
+/// Memory: what `from` has; a face that two polyhedra have is there twice.
+[[nodiscard]] std::string faces_of(const PieceCells& cells, const FaceStream& from, PolyhedronFaces& to);
+[[nodiscard]] std::string faces_of(const PieceCells& cells, const FaceTables& from, PolyhedronFaces& to);
 
 } // namespace ptet::vtkio

@@ -119,8 +119,8 @@ std::uint64_t AnnouncedMesh::bytes_to_read() const {
                          std::max(0.0, all_ids - 4 * (all_cells - to_split)) * static_cast<double>(sizeof(VertexId));
   const double grid = kIdBytes * all_ids + kGridCellBytes * all_cells;
   // Polyhedra: faces as they are read and as they are kept, then tets or pyramids to be split, one of them for a corner
-  // at most; and a point in each, which has sixteen corners and more.
-  constexpr double kFaceBytes = 22, kPartBytes = 26, kFewestCorners = 16;
+  // at most; and a point in each, which has twelve corners and more.
+  constexpr double kFaceBytes = 22, kPartBytes = 26, kFewestCorners = 12;
   const auto all_corners = static_cast<double>(corners);
   const double of_middles =
       points == 0 ? 0 : all_corners / kFewestCorners * (point_bytes / static_cast<double>(points));

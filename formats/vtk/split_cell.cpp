@@ -1,6 +1,7 @@
 #include "formats/vtk/split_cell.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <vtkCellType.h>
 
@@ -192,6 +193,12 @@ int plain_type(int vtk_cell_type, std::uint64_t points) {
     return points == 8 ? VTK_HEXAHEDRON : points == 27 ? VTK_TRIQUADRATIC_HEXAHEDRON : vtk_cell_type;
   default: return vtk_cell_type;
   }
+}
+
+void to_plain_order(int vtk_cell_type, std::span<VertexId> points) {
+  if (vtk_cell_type != VTK_LAGRANGE_WEDGE || points.size() != 6) return;
+  std::swap(points[1], points[2]);
+  std::swap(points[4], points[5]);
 }
 
 bool has_diagonals(int vtk_cell_type) {

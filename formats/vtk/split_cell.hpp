@@ -36,9 +36,11 @@ struct CellSize {
 /// Of a cell of this VTK type if it is a tetrahedron or a kind that split_cell() takes; zeros: it is neither.
 [[nodiscard]] CellSize cell_size(int vtk_cell_type);
 
-/// The type of the same cell with the same points under another name: of Lagrange's cells of orders 1 and 2, which VTK
-/// numbers alike. Other types are returned as they are.
+/// The type of the same cell with the same points under another name: of Lagrange's cells of orders 1 and 2. Other
+/// types are returned as they are.
 [[nodiscard]] int plain_type(int vtk_cell_type, std::uint64_t points);
+/// Puts the points of a cell in the order that its plain_type() has them in: VTK numbers all alike but wedges of six.
+void to_plain_order(int vtk_cell_type, std::span<VertexId> points);
 
 /// Whether such a cell has quadrilaterals to be cut, so that an order of its points has a say in how it is split.
 [[nodiscard]] bool has_diagonals(int vtk_cell_type);

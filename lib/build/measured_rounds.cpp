@@ -96,25 +96,40 @@ std::vector<Vertex> MeasuredRounds::apart(const std::vector<Vertex>& picked, std
 MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
   const HalfEdge half_edge = candidates_.best(vs);
   const float round_cost = candidates_.round_cost();
+  const double enough = kGiveUpAt * static_cast<double>(round_cost);
   Verdict verdict;
+  const auto may_go = [&] { return verdict.status == CollapseStatus::kAccepted && verdict.cost <= round_cost; };
   verdict.status = trial.examine(vs, half_edge.target);
   verdict.cost = half_edge.cost;
   const bool moves_boundary = trial.check().moves_boundary();
-  const double enough = kGiveUpAt * static_cast<double>(round_cost);
   if (verdict.status == CollapseStatus::kAccepted && moves_boundary)
     look_at_boundary(trial.check().plan(), enough, verdict);
-  if (verdict.status != CollapseStatus::kAccepted || verdict.cost > round_cost) return verdict;
+  if (!may_go()) return verdict;
+  measure_fields(trial, enough, known_.of(vs), verdict);
+  if (moves_boundary && !verdict.move.error && may_go()) measure_domain(vs, enough, verdict);
+  if (verdict.status == CollapseStatus::kAccepted && !may_go()) {
+    known_.settle(vs);
+    verdict.integrals = {}; // many are put back, and all wait for the last
+  } else {
+    known_.forget(vs); // it does not come up again
+  }
+  return verdict;
+}
+
+/// The exact errors of its fields, and what it costs by these; given up when that is more than `enough`.
+void MeasuredRounds::measure_fields(Trial& trial, double enough, KnownVersions* known, Verdict& verdict) const {
   const RemovedVertices::Simulation& seen = trial.simulate();
-  std::vector<double>& errors = verdict.errors;
-  errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
+  verdict.errors.assign(seen.errors_inside().begin(), seen.errors_inside().end());
   verdict.outside.assign(seen.errors_outside().begin(), seen.errors_outside().end());
   // The integral grows from what stands in the star now to what the collapse makes of it. What has not been measured
   // counts as if it stayed as it is, which it seldom does better than.
   const std::vector<double> before = squared_in_star(trial.check());
+  verdict.integrals.reserve(trial.check().modified().size() * sum_count_);
   for (const SlotId s : trial.check().modified()) {
     const double* const now = slot_sums_.data() + s * sum_count_;
     verdict.integrals.insert(verdict.integrals.end(), now, now + sum_count_);
   }
+  const CollapseCost& of = collapser_.cost();
   std::vector<double> growth(field_count_);
   const auto cost = [&] {
     std::fill(growth.begin(), growth.end(), 0.0);
@@ -123,28 +138,19 @@ MeasuredRounds::Verdict MeasuredRounds::measure(Vertex vs, Trial& trial) {
         growth[f] += verdict.integrals[i + f];
     for (std::size_t f = 0; f < field_count_; ++f)
       growth[f] = (growth[f] - before[f]) / vertex_volume_;
-    const CollapseCost& of = collapser_.cost();
-    return of.of_field(std::max(of.of_maximum(errors), of.of_maximum(verdict.outside)), of.of_mean(growth));
+    return of.of_field(std::max(of.of_maximum(verdict.errors), of.of_maximum(verdict.outside)), of.of_mean(growth));
   };
-  std::vector<double> limit = collapser_.limits().field();
+  const ErrorLimits& limits = collapser_.limits();
+  std::vector<double> limit = limits.field();
   for (std::size_t f = 0; f < field_count_; ++f)
-    limit[f] = std::min(limit[f], collapser_.cost().error_at(enough, f));
+    limit[f] = std::min(limit[f], of.error_at(enough, f));
   const bool whole = trial.measure(
-      errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known_.of(vs));
-  if (collapser_.limits().passed_by(errors) || collapser_.limits().passed_by(verdict.outside))
+      verdict.errors, &verdict.integrals, limit, [&] { return cost() > enough; }, known);
+  if (limits.passed_by(verdict.errors) || limits.passed_by(verdict.outside))
     verdict.status = CollapseStatus::kFieldError;
   verdict.cost = std::max(verdict.cost, static_cast<float>((whole ? 1 : kUnseen) * cost()));
   if (!whole) verdict.cost = std::max({verdict.cost, static_cast<float>(enough), not_now()});
   if (std::isinf(verdict.cost)) verdict.status = CollapseStatus::kFieldError;
-  if (moves_boundary && !verdict.move.error && verdict.status == CollapseStatus::kAccepted &&
-      verdict.cost <= round_cost)
-    measure_domain(vs, enough, verdict);
-  // What is not put back does not come up again.
-  if (verdict.status != CollapseStatus::kAccepted || verdict.cost <= round_cost)
-    known_.forget(vs);
-  else
-    known_.settle(vs);
-  return verdict;
 }
 
 /// What stands against a candidate that moves the boundary, as far as it is found in less time than its fields are

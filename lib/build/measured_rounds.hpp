@@ -48,6 +48,7 @@ private:
 
   [[nodiscard]] std::vector<Vertex> apart(const std::vector<Vertex>& picked, std::uint32_t round);
   [[nodiscard]] Verdict measure(Vertex vs, Trial& trial);
+  void measure_fields(Trial& trial, double enough, KnownVersions* known, Verdict& verdict) const;
   void look_at_boundary(const CollapsePlan& plan, double enough, Verdict& verdict) const;
   void measure_domain(Vertex vs, double enough, Verdict& verdict) const;
   [[nodiscard]] float not_now() const;

@@ -4,6 +4,7 @@
 #include "vtk_fixture.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -287,6 +288,91 @@ TEST_CASE("polyhedra that VTK has written beside a tet are read", "[vtk]") {
   CHECK(has_note(report, "split 4 polyhedra into tetrahedra"));
 }
 
+TEST_CASE("a triangle with a point on a side is cut at that point, in line with the others or not quite", "[vtk]") {
+  // Two tets with a common face, and a point in the middle of a side of it: off the line by rounding at least.
+  const auto seed = GENERATE(range(0U, 40U));
+  const double off = GENERATE(0.0, 1e-16, 1e-12, 1e-3);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> anywhere(0, 1);
+  Cells cells;
+  for (int i = 0; i < 3; ++i)
+    cells.points.push_back({anywhere(random), anywhere(random), anywhere(random)});
+  Point low{}, high{}, middle{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double sum = cells.points[0][axis] + cells.points[1][axis] + cells.points[2][axis];
+    low[axis] = sum / 3;
+    middle[axis] = (cells.points[0][axis] + cells.points[1][axis]) / 2 + off * anywhere(random);
+  }
+  const Point a = cells.points[0], b = cells.points[1], c = cells.points[2];
+  for (std::size_t axis = 0; axis < 3; ++axis) { // away from the face on both sides
+    const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const double normal = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
+    high[axis] = low[axis] + normal;
+    low[axis] -= normal;
+  }
+  cells.points.insert(cells.points.end(), {low, high, middle});
+  enum : std::int64_t { kA, kB, kC, kLow, kHigh, kMiddle };
+  for (const std::int64_t tip : {std::int64_t{kLow}, std::int64_t{kHigh}})
+    cells.cells.push_back(
+        {kPolyhedron, {}, {{kA, kMiddle, kB, kC}, {kA, kMiddle, kB, tip}, {kB, kC, tip}, {kC, kA, tip}}});
+  ReadReport report;
+  const TetMesh mesh = read_text(vtu_text(cells, Layout::kStream), &report);
+  // Of each tet two faces are cut in two.
+  CHECK(mesh.tets.size() == 2 * 6);
+  const MeshFacts facts = examine(mesh);
+  CHECK(facts.inverted_tets == 0);
+  CHECK(facts.repeated_tets == 0);
+  CHECK(facts.folded_faces == 0);
+  CHECK(facts.components == 1);
+  CHECK(report.notes.size() == 2);
+}
+
+TEST_CASE("a warped face of a polyhedron gets the diagonal that its middle sees", "[vtk]") {
+  // A cube whose upper side sinks along one of its diagonals, or along the other.
+  const bool is_turned = GENERATE(false, true);
+  Cells cells = prism_over(kSquare);
+  for (const std::size_t corner : {std::size_t{4}, std::size_t{6}})
+    cells.points[corner + (is_turned ? 1 : 0)][2] = 0.1;
+  for (const std::size_t corner : {std::size_t{5}, std::size_t{7}})
+    cells.points[corner - (is_turned ? 1 : 0)][2] = 2;
+  ReadReport report;
+  const TetMesh mesh = read_text(vtu_text(cells, Layout::kStream), &report);
+  CHECK(examine(mesh).inverted_tets == 0);
+  CHECK(examine(mesh).folded_faces == 0);
+  CHECK_FALSE(has_note(report, "turning"));
+}
+
+TEST_CASE("the mean in a polyhedron is right for integers of 64 bits and for infinities", "[vtk]") {
+  const Cells cells = prism_over(kSquare);
+  const auto mean = [&](const std::string& type, const std::string& values) {
+    const TetMesh mesh =
+        read_text(vtu_text(cells, Layout::kStream,
+                           "<DataArray type=\"" + type + "\" Name=\"v\" format=\"ascii\">" + values + "</DataArray>"));
+    std::array<std::byte, 8> row{};
+    std::copy_n(mesh.find("v")->bytes.end() - 8, 8, row.begin());
+    return row;
+  };
+  const auto of_signed = [&](const std::string& values) { return std::bit_cast<std::int64_t>(mean("Int64", values)); };
+  const auto of_unsigned = [&](const std::string& values) {
+    return std::bit_cast<std::uint64_t>(mean("UInt64", values));
+  };
+  const auto of_float = [&](const std::string& values) { return std::bit_cast<double>(mean("Float64", values)); };
+  const auto eight = [](const std::string& number) {
+    std::string all;
+    for (int i = 0; i < 8; ++i)
+      all += number + " ";
+    return all;
+  };
+  CHECK(of_signed(eight("9007199254740993")) == 9007199254740993);
+  CHECK(of_signed(eight("-9223372036854775807")) == -9223372036854775807);
+  CHECK(of_unsigned(eight("18446744073709551613")) == 18446744073709551613U);
+  CHECK(of_signed("1000000000000000000 1000000000000000001 1000000000000000002 1000000000000000003 1000000000000000004 "
+                  "1000000000000000005 1000000000000000006 1000000000000000009") == 1000000000000000004);
+  CHECK(of_unsigned("0 18446744073709551615 0 18446744073709551615 0 18446744073709551615 0 18446744073709551615") ==
+        9223372036854775808U);
+  CHECK(of_float("1.7e308 -1.7e308 1.7e308 -1.7e308 1.7e308 -1.7e308 1.7e308 -1.7e308") == 0);
+}
+
 TEST_CASE("both layouts of polyhedra give the same mesh", "[vtk]") {
   const Cells cells = refined_box(3, 7);
   const TetMesh one = read_text(vtu_text(cells, Layout::kStream)), other = read_text(vtu_text(cells, Layout::kTables));
@@ -371,7 +457,7 @@ TEST_CASE("a polyhedron of which no middle sees all faces is named", "[vtk]") {
   ReadReport report;
   const TetMesh mesh = read_text(vtu_text(prism_over(angle), Layout::kStream), &report);
   CHECK(examine(mesh).volume == Approx(17));
-  CHECK(has_note(report, "1 cell (0) cannot be split without turning tetrahedra over"));
+  CHECK(has_note(report, "1 cell (0) cannot be split without turning tetrahedra over: neither"));
 }
 
 TEST_CASE("polyhedra whose faces do not close are refused", "[vtk]") {
@@ -394,6 +480,12 @@ TEST_CASE("polyhedra whose faces do not close are refused", "[vtk]") {
     cells.cells[0].faces.push_back({0, 1, 0});
     cells.cells[0].faces.back().resize(2);
     CHECK(examine(read_text(vtu_text(cells, Layout::kStream))).volume == Approx(1));
+  }
+  SECTION("nor is a face that is nothing but an edge there and back") {
+    cells.cells[0].faces.push_back({0, 1, 2, 1});
+    ReadReport report;
+    CHECK(read_text(vtu_text(cells, Layout::kStream), &report).tets.size() == 12);
+    CHECK_FALSE(has_note(report, "left out"));
   }
   SECTION("a face with too many corners") {
     std::vector<std::array<double, 2>> round;
@@ -431,6 +523,12 @@ TEST_CASE("tables of faces that lie are bad input", "[vtk]") {
   CHECK_THAT(message_of("4 3 0 2 5000000000 3 0 1 3 3 1 2 3 3 2 0 3", "17"), Catch::Contains("use point 5000000000"));
   CHECK_THAT(message_of("-9 3 0 2 1", "5"), Catch::Contains("is neither a point, a face nor a place"));
 
+  // Cells are counted over all pieces of a file.
+  VtuText sound;
+  std::string second = vtu_of_faces(tet, "-1");
+  second = second.substr(second.find("<Piece"), second.find("</Piece>") + 8 - second.find("<Piece"));
+  CHECK_THAT(failure_of_text(sound.file(second)).message, Catch::Contains("the faces of cell 1, a polyhedron"));
+
   VtuText without;
   without.types = "42";
   CHECK_THAT(failure_of_text(without.file()).message,
@@ -442,7 +540,10 @@ TEST_CASE("tables of faces that lie are bad input", "[vtk]") {
     return failure_of_text(vtu_of_tables(corners, ends, faces, face_ends)).message;
   };
   CHECK_THAT(message_of_tables(corner_ends, "0 1 2 3", "5"), Catch::Contains("holds 4 values where 5 belong"));
-  CHECK_THAT(message_of_tables(corner_ends, "0 1 2 4", "4"), Catch::Contains("holds 4 values where 5 belong"));
+  CHECK_THAT(message_of_tables(corner_ends, "0 1 2 4", "4"), Catch::Contains("are not there"));
+  CHECK_THAT(message_of_tables(corner_ends, "0 1 2 3 0 0", "6"), Catch::Contains("are those of two others, too"));
+  // A face that no cell has is no fault.
+  CHECK(read_text(vtu_of_tables(corners + " 0 1 2", corner_ends + " 15", "3 0 1 2", "4")).tets.size() == 4);
   CHECK_THAT(message_of_tables("6 3 9 12", "0 1 2 3", "4"), Catch::Contains("do not go up from 0"));
   CHECK_THAT(message_of_tables("-1 3 9 12", "0 1 2 3", "4"), Catch::Contains("do not go up from 0"));
   CHECK_THAT(message_of_tables(corner_ends, "0 1 -1 3", "4"), Catch::Contains("are not there"));
@@ -473,10 +574,24 @@ TEST_CASE("Lagrange cells of the first and second order are those of their point
   text.types = std::to_string(kind.plain);
   const TetMesh plain = read_text(text.file());
   text.types = std::to_string(kind.lagrange);
-  CHECK(read_text(text.file()).tets == plain.tets);
+  const TetMesh lagrange = read_text(text.file());
+  CHECK(lagrange.tets.size() == plain.tets.size());
+  if (kind.points != 6) CHECK(lagrange.tets == plain.tets);
   // Of the points of another kind: of a higher order, or none.
   text.types = kind.lagrange == 71 ? "72" : "71";
   CHECK_THAT(failure_of_text(text.file()).message, Catch::Contains("cell of vtkLagrange"));
+}
+
+TEST_CASE("a Lagrange wedge of six points has its triangles the other way round than VTK's linear one", "[vtk]") {
+  VtuText text;
+  text.counts = R"(NumberOfPoints="6" NumberOfCells="1")";
+  text.points = array_text("NumberOfComponents=\"3\"", "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1");
+  text.connectivity = "0 1 2 3 4 5";
+  text.offsets = "6";
+  text.types = "73";
+  CHECK(examine(read_text(text.file())).volume == Approx(0.5));
+  text.types = "13";
+  CHECK(examine(read_text(text.file())).volume == Approx(-0.5));
 }
 
 TEST_CASE("polyhedra of a legacy file are refused, with what to do", "[vtk]") {
