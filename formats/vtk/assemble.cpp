@@ -53,6 +53,8 @@ std::string kind_name(int type, bool plural) {
     return plural ? "quadratic wedges of 18 points" : "quadratic wedge of 18 points";
   case VTK_QUADRATIC_HEXAHEDRON: return plural ? "quadratic hexahedra" : "quadratic hexahedron";
   case VTK_TRIQUADRATIC_HEXAHEDRON: return plural ? "triquadratic hexahedra" : "triquadratic hexahedron";
+  case VTK_PENTAGONAL_PRISM: return plural ? "pentagonal prisms" : "pentagonal prism";
+  case VTK_HEXAGONAL_PRISM: return plural ? "hexagonal prisms" : "hexagonal prism";
   case VTK_POLYHEDRON: return plural ? "polyhedra" : "polyhedron";
   default: break;
   }
@@ -75,6 +77,12 @@ std::array<int, 256> dimensions_of_types() {
   }
   dimensions[VTK_EMPTY_CELL] = 0;
   return dimensions;
+}
+
+constexpr std::size_t kMostPointsOfPrism = 12;
+/// Of prisms over polygons of more than four sides; 0 for other types.
+std::size_t points_of_prism(int type) {
+  return type == VTK_PENTAGONAL_PRISM ? 10 : type == VTK_HEXAGONAL_PRISM ? kMostPointsOfPrism : 0;
 }
 
 std::string joined(const std::vector<std::string>& parts) {
@@ -242,20 +250,35 @@ void Assembler::add_cell_to_split(int type, std::span<const VertexId> points, st
 }
 
 void Assembler::add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell) {
-  const std::string the_cell = "cell " + std::to_string(cell) + ", a polyhedron,";
   const std::uint64_t begin = faces.face_begin[cell_of_grid], end = faces.face_begin[cell_of_grid + 1];
   faces_.resize(end - begin);
   for (std::uint64_t f = begin; f < end; ++f) {
     const auto corners =
         std::span(faces.corners).subspan(faces.corner_begin[f], faces.corner_begin[f + 1] - faces.corner_begin[f]);
     if (corners.size() > kMostCornersOfFace)
-      fail(the_cell + " has a face of " + grouped(corners.size()) + " points, and ptet splits those of up to " +
-           std::to_string(kMostCornersOfFace));
+      fail("cell " + std::to_string(cell) + ", a polyhedron, has a face of " + grouped(corners.size()) +
+           " points, and ptet splits those of up to " + std::to_string(kMostCornersOfFace));
     Polygon& face = faces_[f - begin];
     face.clear();
     for (const std::uint32_t id : corners)
       face.push_back(vertex(std::int64_t{id}, cell));
   }
+  add_cell_of_faces(VTK_POLYHEDRON, cell);
+}
+
+/// `points`: those below, then those above.
+void Assembler::add_prism(int type, std::span<const VertexId> points, std::uint64_t cell) {
+  const std::size_t sides = points.size() / 2;
+  const auto below = points.first(sides), above = points.last(sides);
+  faces_.assign({{below.begin(), below.end()}, {above.begin(), above.end()}});
+  for (std::size_t i = 0, next = 1; i < sides; ++i, next = (i + 1) % sides)
+    faces_.push_back({below[i], below[next], above[next], above[i]});
+  add_cell_of_faces(type, cell);
+}
+
+/// Splits what is bounded by faces_ around a point in its middle.
+void Assembler::add_cell_of_faces(int type, std::uint64_t cell) {
+  const std::string the_cell = "cell " + std::to_string(cell) + ", a " + kind_name(type, false) + ",";
   if (!split_polyhedron(
           faces_, mesh_, [&] { look(); }, polyhedron_))
     fail(the_cell +
@@ -266,7 +289,7 @@ void Assembler::add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_
          name_of(mesh_.positions.type) + ") may not have: write them as float64");
   if (mesh_.vertex_count() == kMaxRows)
     throw Error(ErrorCode::kLimit,
-                path_ + ": more than " + grouped(kMaxRows) + " points, with those in the middle of polyhedra");
+                path_ + ": more than " + grouped(kMaxRows) + " points, with those in the middle of cells");
 
   const VertexId middle(static_cast<std::uint32_t>(mesh_.vertex_count()));
   append_mean(mesh_.positions, polyhedron_.middle);
@@ -293,7 +316,7 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
 
   static const std::array<int, 256> kDimensions = dimensions_of_types();
   mesh_.tets.reserve(mesh_.tets.size() + static_cast<std::size_t>(std::count(types, types + cells, VTK_TETRA)));
-  std::array<VertexId, kMaxCellPoints> points;
+  std::array<VertexId, std::max(kMaxCellPoints, kMostPointsOfPrism)> points;
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t cell = cell_count_ + i;
     if (!ghosts.empty() && (ghosts[i] & kGhostCell) != 0) {
@@ -309,7 +332,7 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
       fail("cell " + std::to_string(cell) + " lies outside the table of cells");
     const auto given = static_cast<std::uint64_t>(offsets[i + 1] - offsets[i]);
     const int type = plain_type(types[i], given);
-    const std::size_t size = cell_size(type).points;
+    const std::size_t prism = points_of_prism(type), size = prism != 0 ? prism : cell_size(type).points;
     if (size == 0) {
       Kind& kind = (kDimensions[types[i]] < 3 ? flat_cells_ : refused_cells_)[type];
       if (kind.count++ == 0) kind.first_cell = cell;
@@ -324,6 +347,8 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
     ++volume_cells_[type].count;
     if (type == VTK_TETRA)
       mesh_.tets.push_back({points[0], points[1], points[2], points[3]});
+    else if (prism != 0)
+      add_prism(type, {points.data(), size}, cell);
     else
       add_cell_to_split(type, {points.data(), size}, cell);
   }
@@ -386,7 +411,7 @@ TetMesh Assembler::finish() {
   if (!parts.empty()) report_.notes.push_back("split " + joined(parts) + " into tetrahedra");
   if (middles_ != 0)
     report_.notes.push_back("added " + grouped(middles_) + (middles_ == 1 ? " point" : " points") +
-                            " in the middle of polyhedra, with the mean of the values around: they stand behind the "
+                            " in the middle of cells, with the mean of the values around: they stand behind the "
                             "points of their piece");
   CellSplitting::Unsplit unsplit = cells_to_split_.split(mesh_, [&] { look(); });
   note_cells(unsplit.turned, "cannot be split without turning tetrahedra over by any of the diagonals that were tried: "

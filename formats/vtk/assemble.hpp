@@ -57,6 +57,8 @@ private:
   [[nodiscard]] VertexId vertex(Index id, std::uint64_t cell) const;
   void add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell, bool is_part = false);
   void add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell);
+  void add_prism(int type, std::span<const VertexId> points, std::uint64_t cell);
+  void add_cell_of_faces(int type, std::uint64_t cell);
   void note_component_names(const std::string& name, vtkDataArray& array);
   void count_ghost_points(vtkAbstractArray& array);
   /// Whether to go on.
@@ -68,7 +70,7 @@ private:
   const ProgressCallback& progress_;
   TetMesh mesh_;
   CellSplitting cells_to_split_;
-  std::vector<Polygon> faces_;        ///< of a polyhedron
+  std::vector<Polygon> faces_;        ///< of a polyhedron or prism
   SplitPolyhedron polyhedron_;        ///< what it is split to
   std::vector<std::uint64_t> turned_; ///< ids of polyhedra that give turned tets
   std::uint64_t middles_ = 0;         ///< points that were added in polyhedra

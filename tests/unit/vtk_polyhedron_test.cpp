@@ -246,7 +246,7 @@ TEST_CASE("polyhedra with points on their edges are split so that neighbours agr
   CHECK(mesh.vertex_count() == cells.points.size() + polyhedra);
   CHECK(has_note(report, "split " + std::to_string(cells.cells.size() - polyhedra) + " hexahedra and " +
                              std::to_string(polyhedra) + " polyhedra into tetrahedra"));
-  CHECK(has_note(report, "added " + std::to_string(polyhedra) + " points in the middle of polyhedra"));
+  CHECK(has_note(report, "added " + std::to_string(polyhedra) + " points in the middle of cells"));
 
   const MeshFacts facts = examine(mesh);
   CHECK(facts.inverted_tets == 0);
@@ -548,6 +548,30 @@ TEST_CASE("tables of faces that lie are bad input", "[vtk]") {
   CHECK_THAT(message_of_tables("-1 3 9 12", "0 1 2 3", "4"), Catch::Contains("do not go up from 0"));
   CHECK_THAT(message_of_tables(corner_ends, "0 1 -1 3", "4"), Catch::Contains("are not there"));
   CHECK_THAT(message_of_tables(corner_ends, "0 1 2 3", "-1"), Catch::Contains("should have -1 values"));
+}
+
+TEST_CASE("prisms over polygons are split as polyhedra are, and agree with these", "[vtk]") {
+  const int sides = GENERATE(5, 6);
+  std::vector<std::array<double, 2>> polygon;
+  for (int i = 0; i < sides; ++i)
+    polygon.push_back({std::cos(6.283185307179586 * i / sides), std::sin(6.283185307179586 * i / sides)});
+  Cells cells = prism_over(polygon);
+  const Cells upper = cells;
+  for (const Point& p : upper.points)
+    if (p[2] == 1) cells.points.push_back({p[0], p[1], 2});
+  Cell prism{sides == 5 ? 15 : 16, Corners(static_cast<std::size_t>(2 * sides)), {}};
+  std::iota(prism.points.begin(), prism.points.end(), sides);
+  cells.cells.push_back(prism);
+  ReadReport report;
+  const TetMesh mesh = read_text(vtu_text(cells, Layout::kStream), &report);
+  const MeshFacts facts = examine(mesh);
+  CHECK(mesh.vertex_count() == cells.points.size() + 2);
+  CHECK(facts.volume == Approx(sides * std::sin(6.283185307179586 / sides)));
+  CHECK(facts.inverted_tets == 0);
+  CHECK(facts.folded_faces == 0);
+  CHECK(facts.components == 1);
+  CHECK(has_note(report, sides == 5 ? "split 1 pentagonal prism and 1 polyhedron into tetrahedra"
+                                    : "split 1 hexagonal prism and 1 polyhedron into tetrahedra"));
 }
 
 TEST_CASE("Lagrange cells of the first and second order are those of their points", "[vtk]") {
