@@ -386,6 +386,9 @@ TetMesh Assembler::finish() {
   std::vector<std::string> parts;
   for (const auto& [type, kind] : refused_cells_)
     parts.push_back(counted(kind.count, type) + " (first: cell " + std::to_string(kind.first_cell) + ")");
+  if (refused_cells_.contains(VTK_POLYHEDRON))
+    fail("holds " + joined(parts) +
+         ": ptet reads polyhedra from .vtu files only; save the mesh as one, as ParaView does");
   if (!parts.empty())
     fail("holds " + joined(parts) +
          ", which ptet cannot split into tetrahedra: do so first, as ParaView's Tetrahedralize does");

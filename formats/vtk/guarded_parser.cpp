@@ -35,6 +35,9 @@ public:
     const bool is_first = at_start_;
     const bool is_head = in_header_ && is_first;
     at_start_ = false;
+    // Of a compressor that it does not know the parser takes the data for plain.
+    const std::size_t head_words = compressed_ ? (is_head ? 3 : 0) : (is_first ? 1 : 0);
+    if (length < head_words * word_bytes_) return 0;
     if (!compressed_ && is_first) *array_bytes_ = word(static_cast<const unsigned char*>(to));
     if (!compressed_ || !in_header_) return got;
     if (!is_head) return are_block_sizes(static_cast<const unsigned char*>(to), got) ? got : 0;

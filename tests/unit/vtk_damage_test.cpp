@@ -209,6 +209,14 @@ TEST_CASE("base64 text that ends early or has other characters in it is bad inpu
                Catch::Contains("array 'f' does not hold the values that it announces"));
 }
 
+TEST_CASE("a compressor that nobody knows is bad input", "[vtk]") {
+  std::string text = read_bytes(fixture("meshio_zlib.vtu"));
+  text.replace(text.find("vtkZLib"), 7, "vukZLib");
+  const Failure failure = failure_of_text(text);
+  CHECK(failure.code == ErrorCode::kBadInput);
+  CHECK_THAT(failure.message, Catch::Contains("vukZLibDataCompressor"));
+}
+
 TEST_CASE("a second part of a piece is not passed over", "[vtk]") {
   VtuText text;
   text.point_data = array_text("Name=\"f\"", "1 2 3 4");
