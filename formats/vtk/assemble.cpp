@@ -423,8 +423,9 @@ TetMesh Assembler::finish() {
   polyhedra.insert(polyhedra.end(), turned_.begin(), turned_.end());
   std::sort(polyhedra.begin(), polyhedra.end());
   polyhedra.erase(std::unique(polyhedra.begin(), polyhedra.end()), polyhedra.end());
-  note_cells(polyhedra, "cannot be split without turning tetrahedra over: neither the mean of the points of such a "
-                        "polyhedron nor the middle of its surface sees all of its faces from within");
+  note_cells(polyhedra,
+             "cannot be split without turning tetrahedra over: no point was found in the middle of such a cell "
+             "that sees all of its faces from within");
   note_cells(unsplit.gone, "left out: their points repeat, so that they have no volume");
   if (unsplit.paired != 0)
     report_.notes.push_back("left out " + grouped(unsplit.paired) +

@@ -1,6 +1,6 @@
 #include "formats/vtk/polyhedron.hpp"
 
-#include "mesh/scalar_dispatch.hpp"
+#include "formats/vtk/seeing_middle.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
@@ -8,7 +8,6 @@
 #include <functional>
 #include <limits>
 #include <tuple>
-#include <type_traits>
 
 namespace ptet::vtkio {
 namespace {
@@ -208,113 +207,12 @@ std::vector<VertexId> points_of(const std::vector<Polygon>& faces) {
   return points;
 }
 
-void weigh_alike(MeanPoint& mean) {
-  mean.weights.assign(mean.points.size(), 1 / static_cast<double>(mean.points.size()));
-}
-
-/// The middle of the surface: where one end of a cell has many more points than the other their mean may be too near
-/// it.
-void weigh_by_area(SplitPolyhedron& split, const TetMesh& mesh) {
-  using namespace vec;
-  MeanPoint& mean = split.middle;
-  std::vector<double> weights(mean.points.size(), 0);
-  double whole = 0;
-  const auto add = [&](VertexId a, VertexId b, VertexId c, double share) {
-    const Point at = mesh.position(a);
-    const double area = share * norm(cross(mesh.position(b) - at, mesh.position(c) - at));
-    for (const VertexId v : {a, b, c}) {
-      const auto of_point = std::lower_bound(mean.points.begin(), mean.points.end(), v) - mean.points.begin();
-      weights[static_cast<std::size_t>(of_point)] += area;
-      whole += area;
-    }
-  };
-  for (const auto& [a, b, c] : split.triangles)
-    add(a, b, c, 1);
-  for (const auto& [a, b, c, d] : split.quadrilaterals) { // by both diagonals
-    add(a, b, c, 0.5);
-    add(a, c, d, 0.5);
-    add(b, c, d, 0.5);
-    add(b, d, a, 0.5);
-  }
-  if (!(whole > 0) || !std::isfinite(whole)) return;
-  for (double& weight : weights)
-    weight /= whole;
-  mean.weights = std::move(weights);
-}
-
-/// a - b, exact where it is small.
-template <class T>
-double difference(T a, T b) {
-  if constexpr (std::is_integral_v<T> && sizeof(T) == 8) {
-    using Unsigned = std::make_unsigned_t<T>; // the difference may pass a T
-    return a >= b ? static_cast<double>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b))
-                  : -static_cast<double>(static_cast<Unsigned>(b) - static_cast<Unsigned>(a));
-  } else {
-    return static_cast<double>(a) - static_cast<double>(b);
-  }
-}
-
-/// first + difference, which lies between 0 and that of another value.
-template <class T>
-T moved_by(T first, double by) {
-  if constexpr (std::is_integral_v<T>) {
-    using Unsigned = std::make_unsigned_t<T>;
-    const auto steps = static_cast<Unsigned>(std::abs(std::round(by)));
-    return static_cast<T>(by < 0 ? static_cast<Unsigned>(first) - steps : static_cast<Unsigned>(first) + steps);
-  } else {
-    return static_cast<T>(static_cast<double>(first) + by);
-  }
-}
-
-/// Of the rows of one component, from the first on: of equal numbers it is that number, in every bit of an integer.
-template <class T>
-T mean_of(const PointArray& array, std::uint32_t component, const MeanPoint& mean) {
-  const auto value = [&](std::size_t i) {
-    return load<T>(array.bytes.data() + mean.points[i].index() * array.row_bytes() + component * sizeof(T));
-  };
-  const T first = value(0);
-  T least = first, greatest = first;
-  double sum = 0;
-  for (std::size_t i = 0; i < mean.points.size(); ++i) {
-    least = std::min(least, value(i));
-    greatest = std::max(greatest, value(i));
-    sum += mean.weights[i] * difference(value(i), first);
-  }
-  if constexpr (std::is_floating_point_v<T>) {
-    if (least == greatest) return first;
-    if (!std::isfinite(sum)) { // infinities, or numbers too far apart
-      double all = 0;
-      for (std::size_t i = 0; i < mean.points.size(); ++i)
-        if (mean.weights[i] > 0) all += mean.weights[i] * static_cast<double>(value(i));
-      return static_cast<T>(all);
-    }
-  }
-  if (sum >= difference(greatest, first)) return greatest;
-  if (sum <= difference(least, first)) return least;
-  return std::clamp(moved_by(first, sum), least, greatest);
-}
-
-Point position_of(const MeanPoint& mean, const PointArray& positions) {
-  Point at{};
-  for (std::uint32_t axis = 0; axis < 3; ++axis)
-    at[axis] = dispatch(positions.type,
-                        [&](auto type) { return static_cast<double>(mean_of<decltype(type)>(positions, axis, mean)); });
-  return at;
-}
-
-/// How many triangles the middle sees from behind, with those of a quadrilateral by both diagonals.
-std::size_t count_turned(const SplitPolyhedron& split, const TetMesh& mesh) {
-  const Point middle = position_of(split.middle, mesh.positions);
-  const auto is_turned = [&](VertexId a, VertexId b, VertexId c) {
-    return sure_orientation(middle, mesh.position(a), mesh.position(b), mesh.position(c)) < 0;
-  };
-  std::size_t turned = 0;
-  for (const auto& [a, b, c] : split.triangles)
-    turned += is_turned(a, b, c) ? 1 : 0;
+/// Triangles of the surface, of quadrilaterals by both diagonals.
+std::vector<Face> all_triangles(const SplitPolyhedron& split) {
+  std::vector<Face> all = split.triangles;
   for (const auto& [a, b, c, d] : split.quadrilaterals)
-    for (const auto& [p, q, r] : {Face{a, b, c}, Face{b, c, d}, Face{c, d, a}, Face{d, a, b}})
-      turned += is_turned(p, q, r) ? 1 : 0;
-  return turned;
+    all.insert(all.end(), {{a, b, c}, {b, c, d}, {c, d, a}, {d, a, b}});
+  return all;
 }
 
 /// Six times the volume, by the sign of which the faces look out or in.
@@ -359,28 +257,9 @@ bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, con
   // Corners that repeat are not beside one another any more: both of its triangles have one twice.
   std::erase_if(to.quadrilaterals, [](const auto& q) { return q[0] == q[2] || q[1] == q[3]; });
 
-  to.middle.points = points_of(faces);
-  weigh_alike(to.middle);
-  if (const std::size_t turned = count_turned(to, positions); turned != 0) {
-    const std::vector<double> alike = to.middle.weights;
-    weigh_by_area(to, positions);
-    if (count_turned(to, positions) >= turned) to.middle.weights = alike;
-  }
-  const Point middle = position_of(to.middle, positions.positions);
-  to.is_turned = std::any_of(to.triangles.begin(), to.triangles.end(), [&](const Face& t) {
-    return sure_orientation(middle, positions.position(t[0]), positions.position(t[1]), positions.position(t[2])) < 0;
-  });
+  to.middle = seeing_middle(points_of(faces), all_triangles(to), positions, look);
+  to.is_turned = count_turned(to.middle, to.triangles, positions) != 0;
   return true;
-}
-
-void append_mean(PointArray& array, const MeanPoint& mean) {
-  const std::size_t row = array.bytes.size();
-  array.bytes.resize(row + array.row_bytes());
-  for (std::uint32_t c = 0; c < array.components; ++c)
-    dispatch(array.type, [&](auto type) {
-      using T = decltype(type);
-      store<T>(array.bytes.data() + row + c * sizeof(T), mean_of<T>(array, c, mean));
-    });
 }
 
 } // namespace ptet::vtkio

@@ -6,6 +6,7 @@
 // neighbours disagree.
 #pragma once
 
+#include "formats/vtk/mean_point.hpp"
 #include "mesh/predicates.hpp"
 #include "ptet/mesh.hpp"
 
@@ -30,12 +31,6 @@ using Polygon = std::vector<VertexId>;
 /// Faces with more corners are not cut.
 constexpr std::size_t kMostCornersOfFace = 256;
 
-/// The mean of some rows: weight[i] times row points[i], together.
-struct MeanPoint {
-  std::vector<VertexId> points; ///< each once
-  std::vector<double> weights;  ///< at least 0; their sum is 1
-};
-
 /// What stands around a polyhedron's middle. Faces are outward oriented: (b - a) x (c - a) points away from the middle.
 struct SplitPolyhedron {
   MeanPoint middle;
@@ -46,16 +41,12 @@ struct SplitPolyhedron {
 };
 
 /// Splits the polyhedron with these faces, which may be oriented at will and are so oriented that their edges match.
-/// The middle is the mean of the points, or where that does not see all faces the middle of the surface, if that sees
-/// more.
+/// The middle is the mean of the points, or where that does not see all faces from within the middle of the surface, or
+/// else a point that does, if there is one.
 /// Returns false, and leaves `to` unspecified, where the faces do not close: an edge is not on two of them.
 /// Cost: the cube of a face's number of corners, at most kMostCornersOfFace.
 /// `look` is called now and then, and may throw.
 [[nodiscard]] bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions,
                                     const std::function<void()>& look, SplitPolyhedron& to);
-
-/// Appends a row: the mean of others, rounded to the type of the array, and between the least and the greatest of them.
-/// Of values that are not finite it is not either, but NaN is where there are both infinities or NaN.
-void append_mean(PointArray& array, const MeanPoint& mean);
 
 } // namespace ptet::vtkio

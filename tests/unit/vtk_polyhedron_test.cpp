@@ -436,7 +436,7 @@ TEST_CASE("two polyhedra cut the face between them alike, however it is given", 
   CHECK(facts.boundary.size() == 2 * 6 + 2 * 2 * 8);
 }
 
-TEST_CASE("the middle of a polyhedron sees all of its faces where either of two means does", "[vtk]") {
+TEST_CASE("the middle of a polyhedron may be that of its surface", "[vtk]") {
   // A square with a short arm, and nearly all points at the end of it: their mean is in the arm, and sees the sides of
   // the square beside it from behind.
   std::vector<std::array<double, 2>> square_with_arm = {{10, 5.5}, {10, 10}, {0, 10}, {0, 0}, {10, 0}, {10, 4.5}};
@@ -451,13 +451,26 @@ TEST_CASE("the middle of a polyhedron sees all of its faces where either of two 
   CHECK_FALSE(has_note(report, "turning"));
 }
 
-TEST_CASE("a polyhedron of which no middle sees all faces is named", "[vtk]") {
-  // Two arms, and the middle of neither mean within them.
-  const std::vector<std::array<double, 2>> angle = {{0, 0}, {9, 0}, {9, 1}, {1, 1}, {1, 9}, {0, 9}};
+TEST_CASE("the middle of a polyhedron sees all of its faces where any point does", "[vtk]") {
+  // Two arms, and only what lies in both of them sees both; the arms are of a width that leaves little.
+  const double width = GENERATE(1.0, 0.3);
+  const std::vector<std::array<double, 2>> angle = {{0, 0}, {9, 0}, {9, width}, {width, width}, {width, 9}, {0, 9}};
   ReadReport report;
   const TetMesh mesh = read_text(vtu_text(prism_over(angle), Layout::kStream), &report);
-  CHECK(examine(mesh).volume == Approx(17));
-  CHECK(has_note(report, "1 cell (0) cannot be split without turning tetrahedra over: neither"));
+  const Point middle = mesh.position(VertexId(static_cast<std::uint32_t>(mesh.vertex_count() - 1)));
+  CHECK(std::max(middle[0], middle[1]) < width);
+  CHECK(examine(mesh).volume == Approx(18 * width - width * width));
+  CHECK(examine(mesh).inverted_tets == 0);
+  CHECK_FALSE(has_note(report, "turning"));
+}
+
+TEST_CASE("a polyhedron of which no point sees all faces is named", "[vtk]") {
+  const std::vector<std::array<double, 2>> three_sides = {{0, 0}, {9, 0}, {9, 9}, {8, 9},
+                                                          {8, 1}, {1, 1}, {1, 9}, {0, 9}};
+  ReadReport report;
+  const TetMesh mesh = read_text(vtu_text(prism_over(three_sides), Layout::kStream), &report);
+  CHECK(examine(mesh).volume == Approx(25));
+  CHECK(has_note(report, "1 cell (0) cannot be split without turning tetrahedra over: no point was found"));
 }
 
 TEST_CASE("polyhedra whose faces do not close are refused", "[vtk]") {
