@@ -243,10 +243,9 @@ VertexId Assembler::vertex(Index id, std::uint64_t cell) const {
   return VertexId(static_cast<std::uint32_t>(first_point_ + static_cast<std::uint64_t>(id)));
 }
 
-void Assembler::add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell, bool is_part) {
+void Assembler::check_room_for_splitting() const {
   if (cells_to_split_.size() == kMaxRows)
     throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " cells to be split");
-  cells_to_split_.add(type, points, cell, mesh_.tets.size(), is_part);
 }
 
 void Assembler::add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell) {
@@ -297,11 +296,17 @@ void Assembler::add_cell_of_faces(int type, std::uint64_t cell) {
     append_mean(array, polyhedron_.middle);
   constexpr std::uint64_t kBetweenLooks = 1024; // some 15 ms where faces have few corners
   if (++middles_ % kBetweenLooks == 0) look();
-  for (const auto& [a, b, c] : polyhedron_.triangles)
+  const std::size_t first = mesh_.tets.size();
+  for (const auto& [a, b, c] : polyhedron_.surface.triangles)
     mesh_.tets.push_back({middle, a, b, c});
-  for (const auto& [a, b, c, d] : polyhedron_.quadrilaterals)
-    add_cell_to_split(VTK_PYRAMID, std::array{a, d, c, b, middle}, cell, true); // of VTK's pyramids, the base looks in
-  if (polyhedron_.is_turned) turned_.push_back(cell);
+  if (polyhedron_.may_pair) cells_to_split_.let_pair(first, mesh_.tets.size(), cell);
+  for (const auto& [a, b, c, d] : polyhedron_.surface.quadrilaterals) {
+    check_room_for_splitting();
+    // Of VTK's pyramids the base looks in.
+    cells_to_split_.add_part(VTK_PYRAMID, std::array{a, d, c, b, middle}, cell, mesh_.tets.size(),
+                             polyhedron_.may_pair);
+  }
+  if (polyhedron_.is_turned && !polyhedron_.may_pair) turned_.push_back(cell);
 }
 
 template <class Index>
@@ -349,8 +354,10 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
       mesh_.tets.push_back({points[0], points[1], points[2], points[3]});
     else if (prism != 0)
       add_prism(type, {points.data(), size}, cell);
-    else
-      add_cell_to_split(type, {points.data(), size}, cell);
+    else {
+      check_room_for_splitting();
+      cells_to_split_.add(type, {points.data(), size}, cell, mesh_.tets.size());
+    }
   }
   cell_count_ += cells;
 }
@@ -389,6 +396,12 @@ TetMesh Assembler::finish() {
   if (refused_cells_.contains(VTK_POLYHEDRON))
     fail("holds " + joined(parts) +
          ": ptet reads polyhedra from .vtu files only; save the mesh as one, as ParaView does");
+  const auto is_of_higher_order = [](const auto& refused) {
+    return refused.first >= VTK_LAGRANGE_CURVE && refused.first <= VTK_BEZIER_PYRAMID;
+  };
+  if (std::any_of(refused_cells_.begin(), refused_cells_.end(), is_of_higher_order))
+    fail("holds " + joined(parts) +
+         ", which ptet cannot split into tetrahedra: write the mesh in cells of the first or second order");
   if (!parts.empty())
     fail("holds " + joined(parts) +
          ", which ptet cannot split into tetrahedra: do so first, as ParaView's Tetrahedralize does");
@@ -429,8 +442,8 @@ TetMesh Assembler::finish() {
   note_cells(unsplit.gone, "left out: their points repeat, so that they have no volume");
   if (unsplit.paired != 0)
     report_.notes.push_back("left out " + grouped(unsplit.paired) +
-                            " flat tetrahedra of cells that were split: pairs on the same points, one the other turned "
-                            "over, at edges with a point on them");
+                            " tetrahedra of cells that were split: pairs on the same points, one the other turned "
+                            "over, at points that are in two faces of a cell alone");
   if (mesh_.tets.size() > kMaxRows)
     throw Error(ErrorCode::kLimit, path_ + ": more than " + grouped(kMaxRows) + " tetrahedra");
   return std::move(mesh_);

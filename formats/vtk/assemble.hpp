@@ -55,7 +55,7 @@ private:
   /// The point `id` of the grid, which the cell says it has.
   template <class Index>
   [[nodiscard]] VertexId vertex(Index id, std::uint64_t cell) const;
-  void add_cell_to_split(int type, std::span<const VertexId> points, std::uint64_t cell, bool is_part = false);
+  void check_room_for_splitting() const;
   void add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell);
   void add_prism(int type, std::span<const VertexId> points, std::uint64_t cell);
   void add_cell_of_faces(int type, std::uint64_t cell);

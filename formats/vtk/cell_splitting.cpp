@@ -31,8 +31,8 @@ std::span<const VertexId> CellSplitting::points_of(const Cell& cell) const {
 }
 
 void CellSplitting::add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before,
-                        bool is_part) {
-  cells_.push_back({id, tets_before, points_.size(), vtk_cell_type, is_part});
+                        bool is_part, bool may_pair) {
+  cells_.push_back({id, tets_before, points_.size(), vtk_cell_type, is_part, may_pair});
   points_.insert(points_.end(), points.begin(), points.end());
 }
 
@@ -278,9 +278,9 @@ void OrderOfPoints::improve() {
 
 namespace {
 
-/// Takes out of `tets` pairs of some of them that stand on the same vertices, one the other turned over. Returns how
-/// many tets these were.
-std::size_t take_out_pairs(std::vector<Tet>& tets, const std::vector<std::size_t>& some) {
+/// Pairs of some tets that stand on the same vertices, one the other turned over: 1 by tet; nothing where there is
+/// none.
+std::vector<char> find_pairs(const std::vector<Tet>& tets, const std::vector<std::size_t>& some) {
   struct Candidate {
     Tet sorted;
     bool is_odd; ///< the order of its vertices, against the sorted one
@@ -309,6 +309,11 @@ std::size_t take_out_pairs(std::vector<Tet>& tets, const std::vector<std::size_t
       is_out[run[i].place] = is_out[odd[i].place] = 1;
     run = end;
   }
+  return is_out;
+}
+
+/// Returns how many tets were out.
+std::size_t take_out(std::vector<Tet>& tets, const std::vector<char>& is_out) {
   if (is_out.empty()) return 0;
   std::size_t kept = 0;
   for (std::size_t t = 0; t < tets.size(); ++t)
@@ -322,7 +327,7 @@ std::size_t take_out_pairs(std::vector<Tet>& tets, const std::vector<std::size_t
 
 CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<void()>& look) const {
   Unsplit unsplit;
-  if (cells_.empty()) return unsplit;
+  if (cells_.empty() && pairing_.empty()) return unsplit;
   OrderOfPoints order(*this, mesh, look);
   order.improve();
   std::vector<Tet> tets;
@@ -331,8 +336,24 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     most += cell_size(cell.type).most_tets;
   tets.reserve(most);
   std::size_t done = 0;
-  std::vector<std::size_t> flat; // places in tets
+  std::vector<std::size_t> may_pair; // places in tets
+  struct Turned {
+    std::size_t place;
+    std::uint64_t id; // of its cell
+  };
+  std::vector<Turned> turned; // of those of parts that may pair
+  const auto sign = [&](const Tet& tet) {
+    return sure_orientation(mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]), mesh.position(tet[3]));
+  };
+  const auto let_pair_at = [&](std::size_t place, const Tet& tet, std::uint64_t id) {
+    may_pair.push_back(place);
+    if (sign(tet) < 0) turned.push_back({place, id});
+  };
+  auto pairing = pairing_.begin();
   const auto take_others_until = [&](std::size_t end) {
+    for (; pairing != pairing_.end() && pairing->begin < end; ++pairing)
+      for (std::size_t t = pairing->begin; t < pairing->end; ++t)
+        let_pair_at(tets.size() + (t - done), mesh.tets[t], pairing->id);
     tets.insert(tets.end(), mesh.tets.begin() + static_cast<std::ptrdiff_t>(done),
                 mesh.tets.begin() + static_cast<std::ptrdiff_t>(end));
     done = end;
@@ -344,15 +365,18 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     const std::size_t before = tets.size();
     order.append_tets(cell, tets);
     if (tets.size() == before) unsplit.gone.push_back(cell.id);
+    for (std::size_t t = before; cell.may_pair && t < tets.size(); ++t)
+      let_pair_at(t, tets[t], cell.id);
+    if (cell.may_pair) continue;
     if (order.gives_turned(c)) (cell.is_part ? unsplit.turned_parts : unsplit.turned).push_back(cell.id);
-    // Flat but for rounding: a pair of them is nothing, whatever it is.
     for (std::size_t t = before; order.may_be_flat(c) && t < tets.size(); ++t)
-      if (sure_orientation(mesh.position(tets[t][0]), mesh.position(tets[t][1]), mesh.position(tets[t][2]),
-                           mesh.position(tets[t][3])) == 0)
-        flat.push_back(t);
+      if (sign(tets[t]) == 0) may_pair.push_back(t); // flat but for rounding
   }
   take_others_until(mesh.tets.size());
-  unsplit.paired = take_out_pairs(tets, flat);
+  const std::vector<char> is_out = find_pairs(tets, may_pair);
+  for (const auto& [place, id] : turned)
+    if (is_out.empty() || is_out[place] == 0) unsplit.turned_parts.push_back(id);
+  unsplit.paired = take_out(tets, is_out);
   mesh.tets = std::move(tets);
   return unsplit;
 }

@@ -1,5 +1,6 @@
 #include "formats/vtk/guarded_parser.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <iterator>
 
@@ -118,6 +119,16 @@ int GuardedParser::Parse() {
   else
     guard<vtkInputStream>(AppendedDataStream);
   return result;
+}
+
+std::uint64_t GuardedParser::inline_bytes(vtkXMLDataElement& array) {
+  const std::uint64_t head_bytes = HeaderType == 64 ? 8 : 4;
+  std::uint64_t bytes = 0;
+  each_word(array, [&](const std::string& word) {
+    bytes += word.size() / 4 * 3 - static_cast<std::uint64_t>(std::count(word.begin(), word.end(), '='));
+    return true;
+  });
+  return bytes - std::min(bytes, head_bytes);
 }
 
 bool GuardedParser::each_word(vtkXMLDataElement& array, const std::function<bool(const std::string&)>& visit) {

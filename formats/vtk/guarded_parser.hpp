@@ -35,6 +35,9 @@ public:
   /// Calls `visit` with each word of an array that is text; stops and returns false when it does.
   bool each_word(vtkXMLDataElement& array, const std::function<bool(const std::string&)>& visit);
 
+  /// What the base64 text of an array that is not compressed comes to, without its head.
+  std::uint64_t inline_bytes(vtkXMLDataElement& array);
+
   std::uint64_t file_bytes = 0;
   std::uint64_t array_bytes = 0; ///< that the array read last has, whatever it should have; not of text
 

@@ -198,21 +198,22 @@ private:
   std::vector<std::pair<std::size_t, std::size_t>> parts_;
 };
 
-std::vector<VertexId> points_of(const std::vector<Polygon>& faces) {
-  std::vector<VertexId> points;
+/// Once for each face that a point is in, ascending.
+std::vector<VertexId> corners_of(const std::vector<Polygon>& faces) {
+  std::vector<VertexId> corners;
   for (const Polygon& face : faces)
-    points.insert(points.end(), face.begin(), face.end());
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
+    corners.insert(corners.end(), face.begin(), face.end());
+  std::sort(corners.begin(), corners.end());
+  return corners;
 }
 
-/// Triangles of the surface, of quadrilaterals by both diagonals.
-std::vector<Face> all_triangles(const SplitPolyhedron& split) {
-  std::vector<Face> all = split.triangles;
-  for (const auto& [a, b, c, d] : split.quadrilaterals)
-    all.insert(all.end(), {{a, b, c}, {b, c, d}, {c, d, a}, {d, a, b}});
-  return all;
+bool any_is_there_twice(const std::vector<VertexId>& corners) {
+  for (auto first = corners.begin(); first != corners.end();) {
+    const auto end = std::upper_bound(first, corners.end(), *first);
+    if (end - first == 2) return true;
+    first = end;
+  }
+  return false;
 }
 
 /// Six times the volume, by the sign of which the faces look out or in.
@@ -235,30 +236,36 @@ bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, con
     for (Polygon& face : faces)
       std::reverse(face.begin(), face.end());
 
-  to.triangles.clear();
-  to.quadrilaterals.clear();
+  to.surface.triangles.clear();
+  to.surface.quadrilaterals.clear();
   PolygonCutter cutter(positions);
   std::size_t work = 0;
   for (const Polygon& face : faces) {
     const std::size_t n = face.size();
     if (n == 3)
-      to.triangles.push_back({face[0], face[1], face[2]});
+      to.surface.triangles.push_back({face[0], face[1], face[2]});
     else if (n == 4)
-      to.quadrilaterals.push_back({face[0], face[1], face[2], face[3]});
+      to.surface.quadrilaterals.push_back({face[0], face[1], face[2], face[3]});
     else
-      cutter.append_triangles(face, to.triangles);
+      cutter.append_triangles(face, to.surface.triangles);
     work += n * n * n;
     if (work > kWorkBetweenLooks) {
       look();
       work = 0;
     }
   }
-  std::erase_if(to.triangles, [](const Face& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+  std::erase_if(to.surface.triangles, [](const Face& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
   // Corners that repeat are not beside one another any more: both of its triangles have one twice.
-  std::erase_if(to.quadrilaterals, [](const auto& q) { return q[0] == q[2] || q[1] == q[3]; });
+  std::erase_if(to.surface.quadrilaterals, [](const auto& q) { return q[0] == q[2] || q[1] == q[3]; });
 
-  to.middle = seeing_middle(points_of(faces), all_triangles(to), positions, look);
-  to.is_turned = count_turned(to.middle, to.triangles, positions) != 0;
+  std::vector<VertexId> corners = corners_of(faces);
+  to.may_pair = any_is_there_twice(corners);
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  to.middle = seeing_middle(corners, to.surface, positions, look);
+  const Point middle = position_of(to.middle, positions.positions);
+  to.is_turned = std::any_of(to.surface.triangles.begin(), to.surface.triangles.end(), [&](const Face& t) {
+    return sure_orientation(middle, positions.position(t[0]), positions.position(t[1]), positions.position(t[2])) < 0;
+  });
   return true;
 }
 

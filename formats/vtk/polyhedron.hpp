@@ -6,11 +6,10 @@
 // neighbours disagree.
 #pragma once
 
-#include "formats/vtk/mean_point.hpp"
+#include "formats/vtk/seeing_middle.hpp"
 #include "mesh/predicates.hpp"
 #include "ptet/mesh.hpp"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -31,11 +30,13 @@ using Polygon = std::vector<VertexId>;
 /// Faces with more corners are not cut.
 constexpr std::size_t kMostCornersOfFace = 256;
 
-/// What stands around a polyhedron's middle. Faces are outward oriented: (b - a) x (c - a) points away from the middle.
+/// What stands around a polyhedron's middle.
 struct SplitPolyhedron {
   MeanPoint middle;
-  std::vector<Face> triangles;
-  std::vector<std::array<VertexId, 4>> quadrilaterals;
+  CellSurface surface;
+  /// Whether a point is in two faces alone. What these are cut into may be the same triangle there, one the other
+  /// turned over: between them is nothing.
+  bool may_pair = false;
   /// Whether the middle sees a triangle from behind: the tetrahedron on it is turned over.
   bool is_turned = false;
 };

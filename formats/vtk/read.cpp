@@ -89,6 +89,8 @@ void read_any(const Source& source, Assembler& assembler) {
     read_exodus(source, assembler);
   } else if (const std::string xml = without_comments(head); xml.find("<VTKFile") != std::string::npos) {
     const std::string type = xml_dataset_type(xml);
+    if (type == "vtkMultiBlockDataSet" || type == "vtkPartitionedDataSetCollection")
+      assembler.fail("is a list of files (VTM): name one of them, as internal.vtu of OpenFOAM");
     if (type == "Collection") assembler.fail("is a list of files (PVD): name one of them");
     if (type == "PolyData" || type == "PPolyData")
       assembler.fail("holds a surface (a dataset of type " + type + "): ptet needs a volume of tetrahedra");

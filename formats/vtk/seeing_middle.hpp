@@ -4,20 +4,24 @@
 #include "formats/vtk/mean_point.hpp"
 #include "mesh/predicates.hpp"
 
-#include <cstddef>
+#include <array>
 #include <functional>
 #include <vector>
 
 namespace ptet::vtkio {
 
-/// How many triangles, outward oriented, are seen from behind.
-[[nodiscard]] std::size_t count_turned(const MeanPoint& from, const std::vector<Face>& triangles,
-                                       const TetMesh& positions);
+using Quadrilateral = std::array<VertexId, 4>;
 
-/// The mean of the points; where that sees some of the surface from behind the middle of the surface, or else a point
-/// that sees all of it, if there is one; of these that which sees most.
-/// `points`: all of the surface's, ascending. `look` may be called, and throw.
-[[nodiscard]] MeanPoint seeing_middle(const std::vector<VertexId>& points, const std::vector<Face>& surface,
+/// The faces of a cell, outward oriented. A quadrilateral may be cut by either diagonal.
+struct CellSurface {
+  std::vector<Face> triangles;
+  std::vector<Quadrilateral> quadrilaterals;
+};
+
+/// The mean of the points; where that does not see all of the surface from within the middle of the surface, or else a
+/// point that sees all of it, if there is one; of these that which sees most. A quadrilateral is seen where it is by
+/// one of its diagonals. `points`: all of the surface's, ascending. `look` may be called, and throw.
+[[nodiscard]] MeanPoint seeing_middle(const std::vector<VertexId>& points, const CellSurface& surface,
                                       const TetMesh& positions, const std::function<void()>& look);
 
 } // namespace ptet::vtkio

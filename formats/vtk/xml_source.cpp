@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <utility>
 
 #include <vtkNew.h>
@@ -91,7 +92,7 @@ std::vector<std::string> named_pieces(vtkXMLDataElement& grid, const std::string
 
 /// Calls `visit(Source)` with each piece of a PVTU that holds anything; returns how many there are.
 template <class Visit>
-int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) {
+int each_piece(const Source& source, Assembler& assembler, Visit&& visit) {
   vtkNew<vtkXMLDataParser> parser;
   vtkXMLDataElement* const root = root_of(*parser, source.path);
   source.messages.throw_on_error(source.path);
@@ -101,10 +102,15 @@ int each_piece(const Source& source, const Assembler& assembler, Visit&& visit) 
 
   int pieces = 0;
   int full_pieces = 0;
+  std::set<std::string> seen;
   for (const std::string& path : named_pieces(*grid, source.path)) {
     if (path.empty()) assembler.fail("piece " + std::to_string(pieces) + " has no Source");
     check_readable(path);
     ++pieces;
+    if (!seen.insert(path).second) {
+      assembler.note_once("piece '" + path + "' is named more than once, and was read once");
+      continue;
+    }
     if (is_empty(path)) continue;
     visit(Source{path, source.messages, source.progress, source.report}); // the limit is for all of them
     ++full_pieces;
@@ -142,6 +148,8 @@ void read_vtu(const Source& source, Assembler& assembler) {
     assembler.add_points(*reader->GetOutput());
     assembler.add_cells(*reader->GetOutput(), reader->faces);
   }
+  for (const std::string& note : reader->notes) // and what came while it was read
+    assembler.note_once(note);
 }
 
 void read_pvtu(const Source& source, Assembler& assembler) {

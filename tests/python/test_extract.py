@@ -327,6 +327,17 @@ class Exchange(unittest.TestCase):
             other.SetPoints(grid.GetPoints())
             other.InsertNextCell(VTK_HEXAHEDRON, 8, list(range(8)))
             ptet.from_vtk(other)
+        with self.subTest("cells of lower dimension are left out, and linear Lagrange tets taken"):
+            from vtkmodules.vtkCommonDataModel import VTK_LAGRANGE_TETRAHEDRON, VTK_TETRA, VTK_TRIANGLE, VTK_VERTEX
+            mixed = vtkUnstructuredGrid()
+            mixed.SetPoints(grid.GetPoints())
+            for kind, corners in ((VTK_TRIANGLE, [2, 1, 0]), (VTK_TETRA, [0, 1, 2, 3]), (VTK_VERTEX, [5]),
+                                  (VTK_LAGRANGE_TETRAHEDRON, [3, 2, 1, 4])):
+                mixed.InsertNextCell(kind, len(corners), corners)
+            self.assertEqual(ptet.from_vtk(mixed)[1].tolist(), [[0, 1, 2, 3], [3, 2, 1, 4]])
+            mixed.InsertNextCell(VTK_LAGRANGE_TETRAHEDRON, 10, list(range(10)))
+            with self.assertRaisesRegex(ptet.InputError, "1 cells are no tetrahedra"):
+                ptet.from_vtk(mixed)
 
     def test_ghost_cells_of_vtk_are_left_out(self):
         try:

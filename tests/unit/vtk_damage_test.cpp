@@ -209,6 +209,23 @@ TEST_CASE("base64 text that ends early or has other characters in it is bad inpu
                Catch::Contains("array 'f' does not hold the values that it announces"));
 }
 
+TEST_CASE("an array whose stated length is wrong is read where all of it is there", "[vtk]") {
+  const auto with = [](const std::string& values) {
+    VtuText text;
+    text.point_data = R"(<DataArray type="Float32" Name="f" format="binary">)" + values + "</DataArray>";
+    std::string file = text.file();
+    file.replace(file.find("UInt64"), 6, "UInt32");
+    return file;
+  };
+  // In the head 20 as a float, as GetFEM writes it, and then 1 2 3 4; once with a value too many.
+  ReadReport report;
+  CHECK(read_text(with("AACgQQAAgD8AAABAAABAQAAAgEA="), &report).find("f")->value(3, 0) == 4);
+  CHECK(std::any_of(report.notes.begin(), report.notes.end(), [](const std::string& note) {
+    return note.find("array 'f' says that it has another length than it has") != std::string::npos;
+  }));
+  CHECK_THAT(failure_of_text(with("AACgQQAAgD8AAABAAABAQAAAgEAAAIA/")).message, Catch::Contains("array 'f' holds"));
+}
+
 TEST_CASE("a compressor that nobody knows is bad input", "[vtk]") {
   std::string text = read_bytes(fixture("meshio_zlib.vtu"));
   text.replace(text.find("vtkZLib"), 7, "vukZLib");

@@ -473,6 +473,51 @@ TEST_CASE("a polyhedron of which no point sees all faces is named", "[vtk]") {
   CHECK(has_note(report, "1 cell (0) cannot be split without turning tetrahedra over: no point was found"));
 }
 
+TEST_CASE("what two faces of a polyhedron cut alike at a point that no other face has is nothing", "[vtk]") {
+  // Cells of snappyHexMesh, whose pentagon and quadrilateral have three points together, and of polyDualMesh.
+  const Cells of_snappy{{{-180.643, 20.0, -182.426},
+                         {-189.728, 10.652, -178.099},
+                         {-179.977, 10.771, -182.743},
+                         {-183.031, 20.0, -181.288},
+                         {-189.127, 20.0, -178.386},
+                         {-181.326, 11.891, -177.782}},
+                        {{kPolyhedron, {}, {{0, 3, 5, 2}, {4, 3, 0, 2, 1}, {2, 5, 1}, {3, 4, 1, 5}}}}};
+  const TetMesh mesh = read_text(vtu_text(of_snappy, Layout::kStream));
+  CHECK(mesh.tets.size() == 8);
+  CHECK(examine(mesh).inverted_tets == 0);
+  CHECK(examine(mesh).repeated_tets == 0);
+
+  const Cells of_dual{{{84.16, 20, -228.375},
+                       {79.731, 15.476, -223.817},
+                       {78.728, 13.95, -230.052},
+                       {86.917, 15.702, -222.702},
+                       {79.975, 20, -224.075},
+                       {86.908, 20, -222.575},
+                       {79.739, 15.059, -230.481},
+                       {87.557, 15.489, -226.757},
+                       {87.633, 20, -226.721},
+                       {81.279, 20, -229.748},
+                       {84.399, 15.265, -228.261},
+                       {83.48, 20, -223.45}},
+                      {{kPolyhedron,
+                        {},
+                        {{9, 6, 2, 1, 4},
+                         {8, 5, 3, 7},
+                         {7, 3, 1, 2, 6, 10},
+                         {4, 1, 3, 5, 11},
+                         {0, 9, 4, 11},
+                         {0, 11, 5, 8},
+                         {0, 8, 7, 10},
+                         {0, 10, 6, 9}}}}};
+  ReadReport report;
+  const TetMesh other = read_text(vtu_text(of_dual, Layout::kStream), &report);
+  CHECK(examine(other).inverted_tets == 0);
+  CHECK(examine(other).repeated_tets == 0);
+  CHECK(examine(other).folded_faces == 0);
+  CHECK(has_note(report, "left out 2 tetrahedra"));
+  CHECK_FALSE(has_note(report, "turning"));
+}
+
 TEST_CASE("polyhedra whose faces do not close are refused", "[vtk]") {
   Cells cells = prism_over(kSquare);
   SECTION("one is missing") {

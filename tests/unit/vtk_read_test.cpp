@@ -133,7 +133,7 @@ TEST_CASE("an empty first piece has no say about arrays", "[vtk]") {
   CHECK(mesh.tets.size() == 2);
 }
 
-TEST_CASE("pieces of a PVTU that hold nothing are passed over", "[vtk]") {
+TEST_CASE("pieces of a PVTU that hold nothing, or are there already, are passed over", "[vtk]") {
   const TempFolder folder;
   const std::string empty =
       "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
@@ -149,6 +149,12 @@ TEST_CASE("pieces of a PVTU that hold nothing are passed over", "[vtk]") {
   };
   const std::string none = "<Piece Source=\"empty.vtu\"/>", one = "<Piece Source=\"full.vtu\"/>";
   CHECK(read_mesh(parallel(none + one + none)).tets.size() == 1);
+  // Nor those that are named again.
+  ReadReport report;
+  CHECK(read_mesh(parallel(one + one), &report).tets.size() == 1);
+  CHECK(report.more_files.size() == 1);
+  REQUIRE(report.notes.size() == 1);
+  CHECK_THAT(report.notes[0], Catch::EndsWith("full.vtu' is named more than once, and was read once"));
   CHECK_THAT(failure_of(parallel(none + none)).message, Catch::Contains("all of its pieces are empty"));
 }
 
@@ -355,6 +361,8 @@ TEST_CASE("what is not a tetrahedral mesh is refused by name", "[vtk]") {
                Catch::Contains("holds a surface"));
     CHECK_THAT(failure_of_text("# vtk DataFile Version 4.2\nsurface\nASCII\nDATASET POLYDATA\n", "mesh.vtk").message,
                Catch::Contains("holds a surface"));
+    CHECK_THAT(failure_of_text("<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\"/>", "m.vtm").message,
+               Catch::Contains("is a list of files (VTM)"));
     CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\n", "mesh.vtk").message,
                Catch::Contains("holds a dataset of type 'structured_points'"));
   }

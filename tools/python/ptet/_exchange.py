@@ -117,33 +117,56 @@ def _vtk_array(array: Any) -> npt.NDArray[Any] | None:
     return vtk_to_numpy(array) if is_numeric else None
 
 
+def _are_tets(kinds: npt.NDArray[Any], points: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """By cell: of VTK's kind, or linear ones of Lagrange's."""
+    from vtkmodules.vtkCommonDataModel import VTK_LAGRANGE_TETRAHEDRON, VTK_TETRA
+    tets: npt.NDArray[np.bool_] = (kinds == VTK_TETRA) | ((kinds == VTK_LAGRANGE_TETRAHEDRON) & (points == 4))
+    return tets
+
+
+def _are_volumes(kinds: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """By cell: of three dimensions, or of a kind that VTK does not know."""
+    from vtkmodules.vtkCommonDataModel import vtkGenericCell
+    cell = vtkGenericCell()
+    volumes = []
+    for kind in np.unique(kinds):
+        cell.SetCellType(int(kind))
+        is_known = cell.GetCellType() == kind
+        if not is_known or cell.GetCellDimension() == 3:
+            volumes.append(kind)
+    return np.isin(kinds, volumes)
+
+
 def from_vtk(grid: Any) -> MeshArrays:
     """points, tets and fields of a vtkUnstructuredGrid of tetrahedra, for `build(*...)`. Arrays are shared where they
-    can be; cell fields, and arrays of no name, are left out. So are ghost cells (duplicate, refined or hidden), with a
-    warning that says how many, and point arrays that are not numeric, with a warning that names them.
+    can be; cells of lower dimension, cell fields, and arrays of no name are left out. So are ghost cells (duplicate,
+    refined or hidden), with a warning that says how many, and point arrays that are not numeric, with a warning that
+    names them.
 
     Raises:
-        InputError: cells of another kind. vtkDataSetTriangleFilter splits them; so does the program `ptet build`,
-        conformingly.
+        InputError: volume cells of another kind. The program `ptet build` splits them conformingly, and
+            vtkDataSetTriangleFilter those of linear meshes.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import VTK_TETRA
-    kinds = vtk_to_numpy(grid.GetCellTypesArray()) if grid.GetNumberOfCells() else np.empty(0, np.uint8)
-    ghosts = grid.GetCellGhostArray()
-    kept = np.ones(len(kinds), bool) if ghosts is None or not len(kinds) else _kept_rows(vtk_to_numpy(ghosts))
-    others = int((kinds[kept] != VTK_TETRA).sum())
-    if others:
-        raise InputError(f"{others} cells are no tetrahedra: split them, with vtkDataSetTriangleFilter or by the "
-                         "program `ptet build`")
     points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3), np.float32)
     tets = np.empty((0, 4), np.int64)
-    if kept.all() and len(kinds):
-        tets = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4)
-    elif kept.any():
-        starts = vtk_to_numpy(grid.GetCells().GetOffsetsArray())[:-1][kept]
-        tets = vtk_to_numpy(grid.GetCells().GetConnectivityArray())[starts[:, None] + np.arange(4)]
-    if not kept.all():
-        _warn(_ghost_message(int((~kept).sum())))
+    if grid.GetNumberOfCells():
+        kinds = vtk_to_numpy(grid.GetCellTypesArray())
+        offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
+        connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+        ghosts = grid.GetCellGhostArray()
+        kept = np.ones(len(kinds), bool) if ghosts is None else _kept_rows(vtk_to_numpy(ghosts))
+        wanted = kept & _are_tets(kinds, np.diff(offsets))
+        others = int((kept & ~wanted & _are_volumes(kinds)).sum())
+        if others:
+            raise InputError(f"{others} cells are no tetrahedra: split them, by the program `ptet build` or with "
+                             "vtkDataSetTriangleFilter")
+        if wanted.all():
+            tets = connectivity.reshape(-1, 4)
+        else:
+            tets = connectivity[offsets[:-1][wanted][:, None] + np.arange(4)]
+        if not kept.all():
+            _warn(_ghost_message(int((~kept).sum())))
     data = grid.GetPointData()
     fields = {}
     for i in range(data.GetNumberOfArrays()):
