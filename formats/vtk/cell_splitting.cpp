@@ -278,9 +278,9 @@ void OrderOfPoints::improve() {
 
 namespace {
 
-/// Pairs of some tets that stand on the same vertices, one the other turned over: 1 by tet; nothing where there is
-/// none.
-std::vector<char> find_pairs(const std::vector<Tet>& tets, const std::vector<std::size_t>& some) {
+/// Marks pairs of some tets that stand on the same vertices, one the other turned over, with 1. `is_out`: by tet, as
+/// far as was marked.
+void mark_pairs(const std::vector<Tet>& tets, const std::vector<std::size_t>& some, std::vector<char>& is_out) {
   struct Candidate {
     Tet sorted;
     bool is_odd; ///< the order of its vertices, against the sorted one
@@ -299,22 +299,21 @@ std::vector<char> find_pairs(const std::vector<Tet>& tets, const std::vector<std
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return std::tie(a.sorted, a.is_odd, a.place) < std::tie(b.sorted, b.is_odd, b.place);
   });
-  std::vector<char> is_out;
   for (auto run = candidates.begin(); run != candidates.end();) {
     const auto end = std::find_if(run, candidates.end(), [&](const Candidate& c) { return c.sorted != run->sorted; });
     const auto odd = std::find_if(run, end, [](const Candidate& c) { return c.is_odd; });
     const auto pairs = std::min(odd - run, end - odd);
-    if (pairs > 0) is_out.resize(tets.size(), 0);
+    if (pairs > 0 && is_out.size() < tets.size()) is_out.resize(tets.size(), 0);
     for (std::ptrdiff_t i = 0; i < pairs; ++i)
       is_out[run[i].place] = is_out[odd[i].place] = 1;
     run = end;
   }
-  return is_out;
 }
 
 /// Returns how many tets were out.
-std::size_t take_out(std::vector<Tet>& tets, const std::vector<char>& is_out) {
+std::size_t take_out(std::vector<Tet>& tets, std::vector<char>& is_out) {
   if (is_out.empty()) return 0;
+  is_out.resize(tets.size(), 0);
   std::size_t kept = 0;
   for (std::size_t t = 0; t < tets.size(); ++t)
     if (is_out[t] == 0) tets[kept++] = tets[t];
@@ -336,7 +335,8 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     most += cell_size(cell.type).most_tets;
   tets.reserve(most);
   std::size_t done = 0;
-  std::vector<std::size_t> may_pair; // places in tets
+  std::vector<std::size_t> flat, of_cell; // places in tets
+  std::vector<char> is_out;
   struct Turned {
     std::size_t place;
     std::uint64_t id; // of its cell
@@ -345,18 +345,26 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
   const auto sign = [&](const Tet& tet) {
     return sure_orientation(mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]), mesh.position(tet[3]));
   };
-  const auto let_pair_at = [&](std::size_t place, const Tet& tet, std::uint64_t id) {
-    may_pair.push_back(place);
-    if (sign(tet) < 0) turned.push_back({place, id});
+  // Cell by cell, whose tets come one after the other: there may be many.
+  std::uint64_t cell_of_pairs = 0;
+  const auto let_pair_at = [&](std::size_t place, std::uint64_t id) {
+    if (id != cell_of_pairs) {
+      mark_pairs(tets, of_cell, is_out);
+      of_cell.clear();
+      cell_of_pairs = id;
+    }
+    of_cell.push_back(place);
+    if (sign(tets[place]) < 0) turned.push_back({place, id});
   };
   auto pairing = pairing_.begin();
   const auto take_others_until = [&](std::size_t end) {
-    for (; pairing != pairing_.end() && pairing->begin < end; ++pairing)
-      for (std::size_t t = pairing->begin; t < pairing->end; ++t)
-        let_pair_at(tets.size() + (t - done), mesh.tets[t], pairing->id);
+    const std::size_t moved = tets.size() - done;
     tets.insert(tets.end(), mesh.tets.begin() + static_cast<std::ptrdiff_t>(done),
                 mesh.tets.begin() + static_cast<std::ptrdiff_t>(end));
     done = end;
+    for (; pairing != pairing_.end() && pairing->begin < end; ++pairing)
+      for (std::size_t t = pairing->begin; t < pairing->end; ++t)
+        let_pair_at(moved + t, pairing->id);
   };
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     if (c % kBetweenLooks == 0) look();
@@ -366,16 +374,17 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     order.append_tets(cell, tets);
     if (tets.size() == before) unsplit.gone.push_back(cell.id);
     for (std::size_t t = before; cell.may_pair && t < tets.size(); ++t)
-      let_pair_at(t, tets[t], cell.id);
+      let_pair_at(t, cell.id);
     if (cell.may_pair) continue;
     if (order.gives_turned(c)) (cell.is_part ? unsplit.turned_parts : unsplit.turned).push_back(cell.id);
     for (std::size_t t = before; order.may_be_flat(c) && t < tets.size(); ++t)
-      if (sign(tets[t]) == 0) may_pair.push_back(t); // flat but for rounding
+      if (sign(tets[t]) == 0) flat.push_back(t); // but for rounding
   }
   take_others_until(mesh.tets.size());
-  const std::vector<char> is_out = find_pairs(tets, may_pair);
+  mark_pairs(tets, of_cell, is_out);
+  mark_pairs(tets, flat, is_out);
   for (const auto& [place, id] : turned)
-    if (is_out.empty() || is_out[place] == 0) unsplit.turned_parts.push_back(id);
+    if (place >= is_out.size() || is_out[place] == 0) unsplit.turned_parts.push_back(id);
   unsplit.paired = take_out(tets, is_out);
   mesh.tets = std::move(tets);
   return unsplit;
