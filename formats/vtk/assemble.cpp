@@ -79,10 +79,9 @@ std::array<int, 256> dimensions_of_types() {
   return dimensions;
 }
 
-constexpr std::size_t kMostPointsOfPrism = 12;
 /// Of prisms over polygons of more than four sides; 0 for other types.
 std::size_t points_of_prism(int type) {
-  return type == VTK_PENTAGONAL_PRISM ? 10 : type == VTK_HEXAGONAL_PRISM ? kMostPointsOfPrism : 0;
+  return type == VTK_PENTAGONAL_PRISM ? 10 : type == VTK_HEXAGONAL_PRISM ? 12 : 0;
 }
 
 std::string joined(const std::vector<std::string>& parts) {
@@ -277,15 +276,16 @@ void Assembler::add_prism(int type, std::span<const VertexId> points, std::uint6
 
 /// Splits what is bounded by faces_ around a point in its middle.
 void Assembler::add_cell_of_faces(int type, std::uint64_t cell) {
-  const std::string the_cell = "cell " + std::to_string(cell) + ", a " + kind_name(type, false) + ",";
+  const auto fail_at_cell = [&](const std::string& reason) {
+    fail("cell " + std::to_string(cell) + ", a " + kind_name(type, false) + ", " + reason);
+  };
+  if (mesh_.positions.type != ScalarType::kFloat32 && mesh_.positions.type != ScalarType::kFloat64)
+    fail_at_cell(std::string("needs a point in its middle, which the type of the coordinates (") +
+                 name_of(mesh_.positions.type) + ") may not have: write them as float64");
   if (!split_polyhedron(
           faces_, mesh_, [&] { look(); }, polyhedron_))
-    fail(the_cell +
-         " is not closed: its faces do not meet two by two at their edges (a point on an edge must be one of "
-         "either face there)");
-  if (mesh_.positions.type != ScalarType::kFloat32 && mesh_.positions.type != ScalarType::kFloat64)
-    fail(the_cell + " needs a point in its middle, which the type of the coordinates (" +
-         name_of(mesh_.positions.type) + ") may not have: write them as float64");
+    fail_at_cell("is not closed: its faces do not meet two by two at their edges (a point on an edge must be one of "
+                 "either face there)");
   if (mesh_.vertex_count() == kMaxRows)
     throw Error(ErrorCode::kLimit,
                 path_ + ": more than " + grouped(kMaxRows) + " points, with those in the middle of cells");
@@ -299,14 +299,12 @@ void Assembler::add_cell_of_faces(int type, std::uint64_t cell) {
   const std::size_t first = mesh_.tets.size();
   for (const auto& [a, b, c] : polyhedron_.surface.triangles)
     mesh_.tets.push_back({middle, a, b, c});
-  if (polyhedron_.may_pair) cells_to_split_.let_pair(first, mesh_.tets.size(), cell);
+  cells_to_split_.add_part_tets(first, mesh_.tets.size(), cell);
   for (const auto& [a, b, c, d] : polyhedron_.surface.quadrilaterals) {
     check_room_for_splitting();
     // Of VTK's pyramids the base looks in.
-    cells_to_split_.add_part(VTK_PYRAMID, std::array{a, d, c, b, middle}, cell, mesh_.tets.size(),
-                             polyhedron_.may_pair);
+    cells_to_split_.add(VTK_PYRAMID, std::array{a, d, c, b, middle}, cell, mesh_.tets.size(), true);
   }
-  if (polyhedron_.is_turned && !polyhedron_.may_pair) turned_.push_back(cell);
 }
 
 template <class Index>
@@ -321,7 +319,7 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
 
   static const std::array<int, 256> kDimensions = dimensions_of_types();
   mesh_.tets.reserve(mesh_.tets.size() + static_cast<std::size_t>(std::count(types, types + cells, VTK_TETRA)));
-  std::array<VertexId, std::max(kMaxCellPoints, kMostPointsOfPrism)> points;
+  std::array<VertexId, kMaxCellPoints> points;
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t cell = cell_count_ + i;
     if (!ghosts.empty() && (ghosts[i] & kGhostCell) != 0) {
@@ -389,22 +387,22 @@ void Assembler::note_cells(const std::vector<std::uint64_t>& cells, const std::s
   report_.notes.push_back(grouped(cells.size()) + (cells.size() == 1 ? " cell (" : " cells (") + ids + ") " + what);
 }
 
+std::string Assembler::what_to_do_with_refused() const {
+  if (refused_cells_.contains(VTK_POLYHEDRON))
+    return ": ptet reads polyhedra from .vtu files only; save the mesh as one, as ParaView does";
+  const bool has_higher_order = std::any_of(refused_cells_.begin(), refused_cells_.end(), [](const auto& refused) {
+    return refused.first >= VTK_LAGRANGE_CURVE && refused.first <= VTK_BEZIER_PYRAMID;
+  });
+  return std::string(", which ptet cannot split into tetrahedra: ") +
+         (has_higher_order ? "write the mesh in cells of the first or second order"
+                           : "do so first, as ParaView's Tetrahedralize does");
+}
+
 TetMesh Assembler::finish() {
   std::vector<std::string> parts;
   for (const auto& [type, kind] : refused_cells_)
     parts.push_back(counted(kind.count, type) + " (first: cell " + std::to_string(kind.first_cell) + ")");
-  if (refused_cells_.contains(VTK_POLYHEDRON))
-    fail("holds " + joined(parts) +
-         ": ptet reads polyhedra from .vtu files only; save the mesh as one, as ParaView does");
-  const auto is_of_higher_order = [](const auto& refused) {
-    return refused.first >= VTK_LAGRANGE_CURVE && refused.first <= VTK_BEZIER_PYRAMID;
-  };
-  if (std::any_of(refused_cells_.begin(), refused_cells_.end(), is_of_higher_order))
-    fail("holds " + joined(parts) +
-         ", which ptet cannot split into tetrahedra: write the mesh in cells of the first or second order");
-  if (!parts.empty())
-    fail("holds " + joined(parts) +
-         ", which ptet cannot split into tetrahedra: do so first, as ParaView's Tetrahedralize does");
+  if (!parts.empty()) fail("holds " + joined(parts) + what_to_do_with_refused());
 
   for (const auto& [type, kind] : flat_cells_)
     parts.push_back(counted(kind.count, type));
@@ -429,14 +427,10 @@ TetMesh Assembler::finish() {
     report_.notes.push_back("added " + grouped(middles_) + (middles_ == 1 ? " point" : " points") +
                             " in the middle of cells, with the mean of the values around: they stand behind the "
                             "points of their piece");
-  CellSplitting::Unsplit unsplit = cells_to_split_.split(mesh_, [&] { look(); });
+  const CellSplitting::Unsplit unsplit = cells_to_split_.split(mesh_, [&] { look(); });
   note_cells(unsplit.turned, "cannot be split without turning tetrahedra over by any of the diagonals that were tried: "
                              "folded, or with faces that are warped too much");
-  std::vector<std::uint64_t>& polyhedra = unsplit.turned_parts;
-  polyhedra.insert(polyhedra.end(), turned_.begin(), turned_.end());
-  std::sort(polyhedra.begin(), polyhedra.end());
-  polyhedra.erase(std::unique(polyhedra.begin(), polyhedra.end()), polyhedra.end());
-  note_cells(polyhedra,
+  note_cells(unsplit.turned_parts,
              "cannot be split without turning tetrahedra over: no point was found in the middle of such a cell "
              "that sees all of its faces from within");
   note_cells(unsplit.gone, "left out: their points repeat, so that they have no volume");

@@ -63,6 +63,7 @@ private:
   void count_ghost_points(vtkAbstractArray& array);
   /// Whether to go on.
   void look() const;
+  [[nodiscard]] std::string what_to_do_with_refused() const;
   void note_cells(const std::vector<std::uint64_t>& cells, const std::string& what);
 
   std::string path_;
@@ -70,10 +71,9 @@ private:
   const ProgressCallback& progress_;
   TetMesh mesh_;
   CellSplitting cells_to_split_;
-  std::vector<Polygon> faces_;        ///< of a polyhedron or prism
-  SplitPolyhedron polyhedron_;        ///< what it is split to
-  std::vector<std::uint64_t> turned_; ///< ids of polyhedra that give turned tets
-  std::uint64_t middles_ = 0;         ///< points that were added in polyhedra
+  std::vector<Polygon> faces_; ///< of a polyhedron or prism
+  SplitPolyhedron polyhedron_; ///< what it is split to
+  std::uint64_t middles_ = 0;  ///< points that were added in polyhedra
   bool has_points_ = false;
   std::uint64_t first_point_ = 0; ///< row of the first point of the grid added last
   std::uint64_t point_count_ = 0; ///< its number of points

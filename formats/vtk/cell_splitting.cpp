@@ -31,8 +31,8 @@ std::span<const VertexId> CellSplitting::points_of(const Cell& cell) const {
 }
 
 void CellSplitting::add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before,
-                        bool is_part, bool may_pair) {
-  cells_.push_back({id, tets_before, points_.size(), vtk_cell_type, is_part, may_pair});
+                        bool is_part) {
+  cells_.push_back({id, tets_before, points_.size(), vtk_cell_type, is_part});
   points_.insert(points_.end(), points.begin(), points.end());
 }
 
@@ -326,7 +326,7 @@ std::size_t take_out(std::vector<Tet>& tets, std::vector<char>& is_out) {
 
 CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<void()>& look) const {
   Unsplit unsplit;
-  if (cells_.empty() && pairing_.empty()) return unsplit;
+  if (cells_.empty() && part_tets_.empty()) return unsplit;
   OrderOfPoints order(*this, mesh, look);
   order.improve();
   std::vector<Tet> tets;
@@ -341,30 +341,30 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     std::size_t place;
     std::uint64_t id; // of its cell
   };
-  std::vector<Turned> turned; // of those of parts that may pair
+  std::vector<Turned> turned; // parts
   const auto sign = [&](const Tet& tet) {
     return sure_orientation(mesh.position(tet[0]), mesh.position(tet[1]), mesh.position(tet[2]), mesh.position(tet[3]));
   };
-  // Cell by cell, whose tets come one after the other: there may be many.
-  std::uint64_t cell_of_pairs = 0;
-  const auto let_pair_at = [&](std::size_t place, std::uint64_t id) {
-    if (id != cell_of_pairs) {
+  // Pairs are found cell by cell, whose parts come one after the other: there may be many.
+  std::uint64_t cell_of_parts = 0;
+  const auto look_at_part = [&](std::size_t place, std::uint64_t id) {
+    if (id != cell_of_parts) {
       mark_pairs(tets, of_cell, is_out);
       of_cell.clear();
-      cell_of_pairs = id;
+      cell_of_parts = id;
     }
     of_cell.push_back(place);
     if (sign(tets[place]) < 0) turned.push_back({place, id});
   };
-  auto pairing = pairing_.begin();
+  auto parts = part_tets_.begin();
   const auto take_others_until = [&](std::size_t end) {
     const std::size_t moved = tets.size() - done;
     tets.insert(tets.end(), mesh.tets.begin() + static_cast<std::ptrdiff_t>(done),
                 mesh.tets.begin() + static_cast<std::ptrdiff_t>(end));
     done = end;
-    for (; pairing != pairing_.end() && pairing->begin < end; ++pairing)
-      for (std::size_t t = pairing->begin; t < pairing->end; ++t)
-        let_pair_at(moved + t, pairing->id);
+    for (; parts != part_tets_.end() && parts->begin < end; ++parts)
+      for (std::size_t t = parts->begin; t < parts->end; ++t)
+        look_at_part(moved + t, parts->id);
   };
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     if (c % kBetweenLooks == 0) look();
@@ -373,10 +373,10 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
     const std::size_t before = tets.size();
     order.append_tets(cell, tets);
     if (tets.size() == before) unsplit.gone.push_back(cell.id);
-    for (std::size_t t = before; cell.may_pair && t < tets.size(); ++t)
-      let_pair_at(t, cell.id);
-    if (cell.may_pair) continue;
-    if (order.gives_turned(c)) (cell.is_part ? unsplit.turned_parts : unsplit.turned).push_back(cell.id);
+    for (std::size_t t = before; cell.is_part && t < tets.size(); ++t)
+      look_at_part(t, cell.id);
+    if (cell.is_part) continue;
+    if (order.gives_turned(c)) unsplit.turned.push_back(cell.id);
     for (std::size_t t = before; order.may_be_flat(c) && t < tets.size(); ++t)
       if (sign(tets[t]) == 0) flat.push_back(t); // but for rounding
   }
@@ -384,7 +384,9 @@ CellSplitting::Unsplit CellSplitting::split(TetMesh& mesh, const std::function<v
   mark_pairs(tets, of_cell, is_out);
   mark_pairs(tets, flat, is_out);
   for (const auto& [place, id] : turned)
-    if (place >= is_out.size() || is_out[place] == 0) unsplit.turned_parts.push_back(id);
+    if ((place >= is_out.size() || is_out[place] == 0) &&
+        (unsplit.turned_parts.empty() || unsplit.turned_parts.back() != id))
+      unsplit.turned_parts.push_back(id);
   unsplit.paired = take_out(tets, is_out);
   mesh.tets = std::move(tets);
   return unsplit;

@@ -22,27 +22,22 @@ public:
   /// Cells that could not be split well.
   struct Unsplit {
     std::vector<std::uint64_t> turned; ///< ids of those with diagonals of which some tets are turned over all the same
-    std::vector<std::uint64_t> turned_parts; ///< likewise, of those that are part of a cell
+    std::vector<std::uint64_t> turned_parts; ///< of cells whose parts are: each once
     std::vector<std::uint64_t> gone;         ///< of those that give no tet, since their points repeat
-    /// How many tets are left out: pairs on the same points, one the other turned over, flat or of parts that may pair.
+    /// How many tets are left out: pairs on the same points, one the other turned over, flat or of parts of one cell.
     /// Two faces of one cell give them where they have a point that no other face has; what they lie between meets
     /// without them.
     std::size_t paired = 0;
   };
 
   /// A cell that is to be split, and its tets to come after the first `tets_before` of the mesh. `id`: to tell the
-  /// user.
-  void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before) {
-    add(vtk_cell_type, points, id, tets_before, false, false);
-  }
-  /// Part of a cell that is split already, so that it is known which way round it should be, and that a diagonal along
-  /// its edge is to be avoided: of such parts faces may be triangles with a point on a side. `may_pair`: see Unsplit.
-  void add_part(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before,
-                bool may_pair) {
-    add(vtk_cell_type, points, id, tets_before, true, may_pair);
-  }
-  /// That the tets from `begin` to `end` of the mesh, which are parts of the cell `id` themselves, may pair. Ascending.
-  void let_pair(std::size_t begin, std::size_t end, std::uint64_t id) { pairing_.push_back({begin, end, id}); }
+  /// user. `is_part`: of the cell `id`, which is split already, so that it is known which way round it should be, and
+  /// that a diagonal along its edge is to be avoided: of such parts faces may be triangles with a point on a side.
+  void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before,
+           bool is_part = false);
+  /// That the tets of the mesh from `begin` to `end` are parts of the cell `id`. Cells ascend; what is added of the
+  /// same cell comes right behind these tets.
+  void add_part_tets(std::size_t begin, std::size_t end, std::uint64_t id) { part_tets_.push_back({begin, end, id}); }
   [[nodiscard]] std::size_t size() const { return cells_.size(); }
   /// That a cell takes, beside its points, until it is split.
   [[nodiscard]] static constexpr std::size_t bytes_of_cell() { return sizeof(Cell); }
@@ -57,18 +52,16 @@ private:
     std::size_t tets_before;
     std::size_t points_begin;
     int type;
-    bool is_part, may_pair;
+    bool is_part;
   };
-  struct Pairing {
+  struct PartTets {
     std::size_t begin, end;
     std::uint64_t id;
   };
-  void add(int vtk_cell_type, std::span<const VertexId> points, std::uint64_t id, std::size_t tets_before, bool is_part,
-           bool may_pair);
   [[nodiscard]] std::span<const VertexId> points_of(const Cell& cell) const;
 
   std::vector<Cell> cells_;
-  std::vector<Pairing> pairing_;
+  std::vector<PartTets> part_tets_;
   std::vector<VertexId> points_;
 };
 

@@ -22,6 +22,14 @@
 #include <vtkUnstructuredGrid.h>
 
 namespace ptet::vtkio {
+namespace {
+
+/// As VTK's reader tells.
+bool is_text(vtkXMLDataElement& array) {
+  return !array.GetAttribute("offset") && attribute(array, "format") != "binary";
+}
+
+} // namespace
 
 void CheckedReader::CreateXMLParser() {
   Superclass::CreateXMLParser();
@@ -106,16 +114,10 @@ int CheckedReader::ReadPiece(vtkXMLDataElement* piece) {
 
 int CheckedReader::ReadArrayValues(vtkXMLDataElement* element, vtkIdType array_index, vtkAbstractArray* array,
                                    vtkIdType start, vtkIdType values, FieldType type) {
-  if (values < 0 || !is_true_size(static_cast<double>(values) * array->GetDataTypeSize(), file_bytes)) {
-    vtkErrorMacro("array '" << attribute(*element, "Name") << "' should have " << values
-                            << " values, more than the file can hold.");
-    return 0;
-  }
+  if (!can_hold(*element, values, *array)) return 0;
   // Of pieces that are empty, the arrays of another may stand for theirs.
   if (values == 0) return Superclass::ReadArrayValues(element, array_index, array, start, values, type);
-  // As the superclass tells text.
-  if (!element->GetAttribute("offset") && attribute(*element, "format") != "binary")
-    return read_text(element, array_index, array, start, values, type);
+  if (is_text(*element)) return read_text(element, array_index, array, start, values, type);
   auto& parser = *static_cast<GuardedParser*>(XMLParser);
   parser.array_bytes = 0;
   if (!Superclass::ReadArrayValues(element, array_index, array, start, values, type)) {
@@ -134,6 +136,13 @@ int CheckedReader::ReadArrayValues(vtkXMLDataElement* element, vtkIdType array_i
   }
   return value_bytes == 0 || // bits
          has_all(*element, parser.array_bytes / value_bytes, values, type);
+}
+
+bool CheckedReader::can_hold(vtkXMLDataElement& element, std::int64_t values, vtkAbstractArray& array) {
+  if (values >= 0 && is_true_size(static_cast<double>(values) * array.GetDataTypeSize(), file_bytes)) return true;
+  vtkErrorMacro("array '" << attribute(element, "Name") << "' should have " << values
+                          << " values, more than the file can hold.");
+  return false;
 }
 
 int CheckedReader::read_text(vtkXMLDataElement* element, vtkIdType array_index, vtkAbstractArray* array,
@@ -415,8 +424,7 @@ std::int64_t CheckedReader::count_values(const std::string& name) {
   vtkXMLDataElement& element = *face_arrays_[static_cast<std::size_t>(Piece)].at(name);
   if (const std::optional<std::uint64_t> length = length_of(element)) return static_cast<std::int64_t>(*length);
   std::int64_t words = 0;
-  const bool is_text = !element.GetAttribute("offset") && attribute(element, "format") != "binary";
-  if (is_text)
+  if (is_text(element))
     static_cast<GuardedParser*>(XMLParser)->each_word(element, [&](const std::string&) { return ++words > 0; });
   return words;
 }
@@ -430,10 +438,7 @@ bool CheckedReader::read_integers(const std::string& name, std::int64_t count, I
     vtkErrorMacro("array '" << name << "' is not one of single numbers.");
     return false;
   }
-  if (count < 0 || !is_true_size(static_cast<double>(count) * array->GetDataTypeSize(), file_bytes)) {
-    vtkErrorMacro("array '" << name << "' should have " << count << " values, more than the file can hold.");
-    return false;
-  }
+  if (!can_hold(element, count, *array)) return false;
   array->SetNumberOfTuples(count);
   if (!ReadArrayValues(&element, 0, array, 0, count, OTHER)) return false;
   to.resize(static_cast<std::size_t>(count));

@@ -51,6 +51,8 @@ protected:
                       vtkIdType values, FieldType type) override;
 
 private:
+  bool can_hold(vtkXMLDataElement& element, std::int64_t values, vtkAbstractArray& array);
+
   /// VTK's reader takes numbers out of the range of some types for others, and of what it cannot read it says only that
   /// there is too little.
   int read_text(vtkXMLDataElement* element, vtkIdType array_index, vtkAbstractArray* array, vtkIdType start,

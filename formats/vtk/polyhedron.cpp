@@ -1,11 +1,8 @@
 #include "formats/vtk/polyhedron.hpp"
 
-#include "formats/vtk/seeing_middle.hpp"
 #include "mesh/vec3.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <tuple>
 
@@ -198,22 +195,14 @@ private:
   std::vector<std::pair<std::size_t, std::size_t>> parts_;
 };
 
-/// Once for each face that a point is in, ascending.
-std::vector<VertexId> corners_of(const std::vector<Polygon>& faces) {
-  std::vector<VertexId> corners;
+/// Ascending.
+std::vector<VertexId> points_of(const std::vector<Polygon>& faces) {
+  std::vector<VertexId> points;
   for (const Polygon& face : faces)
-    corners.insert(corners.end(), face.begin(), face.end());
-  std::sort(corners.begin(), corners.end());
-  return corners;
-}
-
-bool any_is_there_twice(const std::vector<VertexId>& corners) {
-  for (auto first = corners.begin(); first != corners.end();) {
-    const auto end = std::upper_bound(first, corners.end(), *first);
-    if (end - first == 2) return true;
-    first = end;
-  }
-  return false;
+    points.insert(points.end(), face.begin(), face.end());
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
 }
 
 /// Six times the volume, by the sign of which the faces look out or in.
@@ -258,14 +247,7 @@ bool split_polyhedron(std::vector<Polygon>& faces, const TetMesh& positions, con
   // Corners that repeat are not beside one another any more: both of its triangles have one twice.
   std::erase_if(to.surface.quadrilaterals, [](const auto& q) { return q[0] == q[2] || q[1] == q[3]; });
 
-  std::vector<VertexId> corners = corners_of(faces);
-  to.may_pair = any_is_there_twice(corners);
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-  to.middle = seeing_middle(corners, to.surface, positions, look);
-  const Point middle = position_of(to.middle, positions.positions);
-  to.is_turned = std::any_of(to.surface.triangles.begin(), to.surface.triangles.end(), [&](const Face& t) {
-    return sure_orientation(middle, positions.position(t[0]), positions.position(t[1]), positions.position(t[2])) < 0;
-  });
+  to.middle = seeing_middle(points_of(faces), to.surface, positions, look);
   return true;
 }
 

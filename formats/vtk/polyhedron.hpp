@@ -34,11 +34,6 @@ constexpr std::size_t kMostCornersOfFace = 256;
 struct SplitPolyhedron {
   MeanPoint middle;
   CellSurface surface;
-  /// Whether a point is in two faces alone. What these are cut into may be the same triangle there, one the other
-  /// turned over: between them is nothing.
-  bool may_pair = false;
-  /// Whether the middle sees a triangle from behind: the tetrahedron on it is turned over.
-  bool is_turned = false;
 };
 
 /// Splits the polyhedron with these faces, which may be oriented at will and are so oriented that their edges match.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include <vtkCellType.h>
 
@@ -12,14 +13,20 @@ std::string wrong(const PieceCells& cells, std::size_t cell, const std::string& 
   return "the faces of cell " + std::to_string(cells.first + cell) + ", a polyhedron, " + what;
 }
 
-bool is_point(std::int64_t id) {
-  return id >= 0 && id <= std::int64_t{std::numeric_limits<std::uint32_t>::max()};
-}
-
 /// Whether offsets go up from 0 to the length of what they are in.
 bool are_ends(const Integers& offsets, std::size_t length) {
   return std::is_sorted(offsets.begin(), offsets.end()) &&
          (offsets.empty() ? length == 0 : offsets.front() >= 0 && static_cast<std::uint64_t>(offsets.back()) == length);
+}
+
+/// Returns the first corner that is no point, of a face that is then there in part.
+std::optional<std::int64_t> add_face(std::span<const std::int64_t> corners, PolyhedronFaces& to) {
+  for (const std::int64_t id : corners) {
+    if (id < 0 || id > std::int64_t{std::numeric_limits<std::uint32_t>::max()}) return id;
+    to.corners.push_back(static_cast<std::uint32_t>(id));
+  }
+  to.corner_begin.push_back(to.corners.size());
+  return std::nullopt;
 }
 
 void begin(PolyhedronFaces& to) {
@@ -52,12 +59,10 @@ std::string faces_of(const PieceCells& cells, const FaceStream& from, Polyhedron
       for (std::int64_t f = 0; f < faces; ++f) {
         if (left() < 1 || stream[at] < 0 || stream[at] >= left())
           return wrong(cells, cell, "run past the end of their table");
-        const std::size_t end = at + 1 + static_cast<std::size_t>(stream[at]);
-        for (++at; at < end; ++at) {
-          if (!is_point(stream[at])) return wrong(cells, cell, "use point " + std::to_string(stream[at]));
-          to.corners.push_back(static_cast<std::uint32_t>(stream[at]));
-        }
-        to.corner_begin.push_back(to.corners.size());
+        const auto corners = static_cast<std::size_t>(stream[at]);
+        if (const auto id = add_face(std::span(stream).subspan(at + 1, corners), to))
+          return wrong(cells, cell, "use point " + std::to_string(*id));
+        at += 1 + corners;
       }
       if (static_cast<std::int64_t>(at) != stated) return wrong(cells, cell, "do not end where their offset says");
     } else if (stated > static_cast<std::int64_t>(at)) {
@@ -83,12 +88,10 @@ std::string faces_of(const PieceCells& cells, const FaceTables& from, Polyhedron
         return wrong(cells, cell, "are not there");
       const auto f = static_cast<std::size_t>(face);
       if (++uses[f] > 2) return wrong(cells, cell, "are those of two others, too");
-      for (std::int64_t c = f == 0 ? 0 : from.face_offsets[f - 1]; c < from.face_offsets[f]; ++c) {
-        const std::int64_t id = from.face_connectivity[static_cast<std::size_t>(c)];
-        if (!is_point(id)) return wrong(cells, cell, "use point " + std::to_string(id));
-        to.corners.push_back(static_cast<std::uint32_t>(id));
-      }
-      to.corner_begin.push_back(to.corners.size());
+      const auto first = static_cast<std::size_t>(f == 0 ? 0 : from.face_offsets[f - 1]);
+      const auto end = static_cast<std::size_t>(from.face_offsets[f]);
+      if (const auto id = add_face(std::span(from.face_connectivity).subspan(first, end - first), to))
+        return wrong(cells, cell, "use point " + std::to_string(*id));
     }
     to.face_begin.push_back(to.corner_begin.size() - 1);
   }

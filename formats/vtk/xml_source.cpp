@@ -134,8 +134,11 @@ void read_vtu(const Source& source, Assembler& assembler) {
   check_memory(source, reader->announced);
   for (const std::string& name : reader->cell_arrays)
     assembler.note_cell_array(name);
-  for (const std::string& note : reader->notes)
-    assembler.note_once(note);
+  const auto pass_notes = [&] {
+    for (const std::string& note : reader->notes)
+      assembler.note_once(note);
+  };
+  pass_notes();
 
   // Piece by piece: so an id can be told from the next piece's, and only one is held twice in memory.
   const ProgressWatch watch(*reader, "reading", source.progress);
@@ -148,8 +151,7 @@ void read_vtu(const Source& source, Assembler& assembler) {
     assembler.add_points(*reader->GetOutput());
     assembler.add_cells(*reader->GetOutput(), reader->faces);
   }
-  for (const std::string& note : reader->notes) // and what came while it was read
-    assembler.note_once(note);
+  pass_notes(); // some come while it is read
 }
 
 void read_pvtu(const Source& source, Assembler& assembler) {

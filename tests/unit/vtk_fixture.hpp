@@ -3,9 +3,11 @@
 
 #include "formats/vtk/read.hpp"
 #include "ptet/error.hpp"
+#include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
 #include "support/temp_folder.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include <catch2/catch.hpp>
@@ -82,6 +84,36 @@ inline std::string legacy_text(const std::string& cells, const std::string& type
   return "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\n"
          "POINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n" +
          cells + "\n" + types + "\n" + rest;
+}
+
+inline void check_is_sound(const MeshFacts& facts) {
+  CHECK(facts.inverted_tets == 0);
+  CHECK(facts.repeated_tets == 0);
+  CHECK(facts.crowded_faces == 0);
+  CHECK(facts.folded_faces == 0);
+}
+
+/// No face of one tet inside the cube [0, width]^3.
+inline bool is_closed_inside(const TetMesh& mesh, const MeshFacts& facts, double width) {
+  return std::all_of(facts.boundary.begin(), facts.boundary.end(), [&](const Face& face) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (const double side : {0.0, width}) {
+        if (std::all_of(face.begin(), face.end(), [&](VertexId v) { return mesh.position(v)[axis] == side; }))
+          return true;
+      }
+    }
+    return false;
+  });
+}
+
+/// One ball of sound tets, without a gap: the cube [0, width]^3.
+inline void check_fills_cube(const TetMesh& mesh, double width) {
+  const MeshFacts facts = examine(mesh);
+  check_is_sound(facts);
+  CHECK(facts.components == 1);
+  CHECK(facts.boundary_euler_characteristic == 2);
+  CHECK(facts.volume == Approx(width * width * width));
+  CHECK(is_closed_inside(mesh, facts, width));
 }
 
 } // namespace ptet::test

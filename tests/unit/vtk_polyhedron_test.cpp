@@ -248,21 +248,7 @@ TEST_CASE("polyhedra with points on their edges are split so that neighbours agr
                              std::to_string(polyhedra) + " polyhedra into tetrahedra"));
   CHECK(has_note(report, "added " + std::to_string(polyhedra) + " points in the middle of cells"));
 
-  const MeshFacts facts = examine(mesh);
-  CHECK(facts.inverted_tets == 0);
-  CHECK(facts.repeated_tets == 0);
-  CHECK(facts.crowded_faces == 0);
-  CHECK(facts.folded_faces == 0);
-  CHECK(facts.components == 1);
-  CHECK(facts.boundary_euler_characteristic == 2);
-  CHECK(facts.volume == Approx(512));
-  CHECK(std::all_of(facts.boundary.begin(), facts.boundary.end(), [&](const Face& face) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const double side : {0.0, 8.0})
-        if (std::all_of(face.begin(), face.end(), [&](VertexId v) { return mesh.position(v)[axis] == side; }))
-          return true;
-    return false;
-  }));
+  check_fills_cube(mesh, 8);
 
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
     const Point p = mesh.position(VertexId(static_cast<std::uint32_t>(v)));

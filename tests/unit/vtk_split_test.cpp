@@ -202,26 +202,6 @@ TetMesh read_cells(const Cells& cells, ReadReport* report = nullptr) {
   return read_mesh(folder / "cells.vtk", report);
 }
 
-void check_is_sound(const MeshFacts& facts) {
-  CHECK(facts.inverted_tets == 0);
-  CHECK(facts.repeated_tets == 0);
-  CHECK(facts.crowded_faces == 0);
-  CHECK(facts.folded_faces == 0);
-}
-
-/// No face of one tet inside the cube [0, width]^3.
-bool is_closed_inside(const TetMesh& mesh, const MeshFacts& facts, double width) {
-  return std::all_of(facts.boundary.begin(), facts.boundary.end(), [&](const Face& face) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (const double side : {0.0, width}) {
-        if (std::all_of(face.begin(), face.end(), [&](VertexId v) { return mesh.position(v)[axis] == side; }))
-          return true;
-      }
-    }
-    return false;
-  });
-}
-
 } // namespace
 
 TEST_CASE("two pyramids of a cell meet along an edge with a point on it", "[vtk]") {
@@ -248,12 +228,7 @@ TEST_CASE("mixed cells are split so that neighbours agree", "[vtk]") {
   ReadReport report;
   const TetMesh mesh = read_cells(cells, &report);
   CHECK(mesh.vertex_count() == cells.points.size());
-  const MeshFacts facts = examine(mesh);
-  check_is_sound(facts);
-  CHECK(facts.components == 1);
-  CHECK(facts.boundary_euler_characteristic == 2);
-  CHECK(facts.volume == Approx(1000));
-  CHECK(is_closed_inside(mesh, facts, 10));
+  check_fills_cube(mesh, 10);
   REQUIRE(report.notes.size() == 1);
   CHECK_THAT(report.notes[0], Catch::StartsWith("split ") && Catch::EndsWith(" into tetrahedra"));
 }
@@ -434,12 +409,7 @@ TEST_CASE("mixed quadratic cells are split so that neighbours agree", "[vtk]") {
     used.insert(used.end(), tet.begin(), tet.end());
   std::sort(used.begin(), used.end());
   CHECK(static_cast<std::size_t>(std::unique(used.begin(), used.end()) - used.begin()) == cells.points.size());
-  const MeshFacts facts = examine(mesh);
-  check_is_sound(facts);
-  CHECK(facts.components == 1);
-  CHECK(facts.boundary_euler_characteristic == 2);
-  CHECK(facts.volume == Approx(512));
-  CHECK(is_closed_inside(mesh, facts, 8));
+  check_fills_cube(mesh, 8);
   REQUIRE(report.notes.size() == 1);
   CHECK_THAT(report.notes[0], Catch::StartsWith("split ") && Catch::Contains("quadratic hexahedra"));
 }
