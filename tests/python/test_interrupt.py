@@ -125,6 +125,40 @@ class Interrupt(unittest.TestCase):
                                   check=False)
             self.assertEqual((done.returncode, done.stdout), (0, ""))
 
+    def test_the_process_ends_while_one_thread_reads_and_others_are_to(self):
+        script = """
+            import sys, threading, time
+            sys.path.insert(0, sys.argv[1])
+            import support
+            from support import ptet
+            bytes = support.built()
+            class Source:
+                size = len(bytes)
+                def read(self, offset, size):
+                    return bytes[offset:offset + size]
+            class Slow(Source):
+                def read(self, offset, size):
+                    if is_open.is_set():
+                        is_read.set()
+                        time.sleep(1)
+                    return bytes[offset:offset + size]
+            is_open, is_read = threading.Event(), threading.Event()
+            many = [ptet.open(Source()) for _ in range(500)]
+            slow = ptet.open(Slow())
+            is_open.set()
+            def extract():
+                for data in many:
+                    data.extract()
+                    time.sleep(0.002)
+            for work in [extract, slow.extract]:
+                threading.Thread(target=work, daemon=True).start()
+            is_read.wait()
+        """
+        done = subprocess.run([sys.executable, "-c", textwrap.dedent(script), os.path.dirname(__file__)],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", timeout=60,
+                              check=False)
+        self.assertEqual((done.returncode, done.stdout), (0, ""))
+
     def test_other_threads_run_meanwhile(self):
         big = cube(24)
         ticks, done = 0, threading.Event()

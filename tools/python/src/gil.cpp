@@ -56,6 +56,11 @@ bool is_gil_lost() {
   return is_over && std::this_thread::get_id() != ending;
 }
 
+void wait_for_end_of_gil() {
+  while (!is_over && PyGILState_Check() == 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
 void end_gil() {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::seconds kPatience{2};
