@@ -2,8 +2,11 @@
 // through our own bounded little-endian archive (archive.hpp), values only.
 #pragma once
 
+#include "ptet/bounds.hpp"
+
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,8 +30,8 @@ struct Manifest {
   }
   /// Whether the build has measured the errors everywhere, so that they are bounds; else they are what it has seen.
   [[nodiscard]] bool states_bounds() const { return has_option("evaluate", "exact"); }
-  /// Whether the original is the input with its points welded.
-  [[nodiscard]] bool is_welded() const { return has_option("weld", "yes"); }
+  /// Within what the points of the input were welded to make the original; none: they were not.
+  [[nodiscard]] std::optional<Bound> welded_within() const;
 
   friend bool operator==(const Manifest&, const Manifest&) = default;
 };

@@ -51,12 +51,12 @@ Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& p
   std::optional<std::uint64_t> welded;
   if (options.weld) {
     if (progress && !progress({"welding points", 0, 1})) throw Error(ErrorCode::kCancelled, "the build was cancelled");
-    welded = weld_points(mesh);
+    welded = weld_points(mesh, *options.weld);
   }
   std::vector<Tet> given_tets = options.keep_order ? mesh.tets : std::vector<Tet>{};
   Begun begun{build::Threads(options.threads).run([&] { return prepare(std::move(mesh), progress); }),
               std::move(given_tets)};
-  if (welded) begun.prepared.notes.insert(begun.prepared.notes.begin(), welding_note(*welded));
+  if (welded) begun.prepared.notes.insert(begun.prepared.notes.begin(), welding_note(*welded, *options.weld));
   build::release_freed_memory();
   begun.foreseen_memory_bytes = memory.check(build::count(begun.prepared, options));
   return begun;

@@ -39,6 +39,8 @@ void check_options(const BuildOptions& options) {
   require(std::all_of(options.max_field_error.begin(), options.max_field_error.end(),
                       [](const FieldBound& bound) { return bound.bound.value >= 0; }),
           "a field error limit must be a number >= 0");
+  require(!options.weld || (options.weld->value >= 0 && std::isfinite(options.weld->value)),
+          "the distance within which points are welded must be a number >= 0");
   require(options.pieces >= 1 && options.pieces <= kMostPieces, "the number of pieces must be in 1 .. 65536");
   require(options.pieces == 1 || options.checkpoint.path.empty(), "a build over pieces keeps no checkpoints");
 }

@@ -62,6 +62,10 @@ describe_options(const BuildOptions& options, const PreparedMesh& prepared, cons
   described.emplace_back("max-star", std::to_string(options.max_star));
   described.emplace_back("round-fraction", number_text(options.round_fraction));
   if (options.weld) described.emplace_back("weld", "yes");
+  // As it is used, so that the same points are welded once more: what a percentage says differs by its rounding.
+  if (options.weld && options.weld->value > 0)
+    described.emplace_back("weld-within",
+                           number_text(options.weld->value) + (options.weld->relative ? " of the diagonal" : ""));
   if (options.keep_order) described.emplace_back("keep-order", "yes");
   if (options.pieces > 1) described.emplace_back("pieces", std::to_string(options.pieces));
   return described;

@@ -191,7 +191,12 @@ ptet_status ptet_builder_set_memory_limit(ptet_builder* builder, uint64_t bytes,
 }
 
 ptet_status ptet_builder_set_weld(ptet_builder* builder, int32_t weld, ptet_error** error) {
-  return change(builder, error, [&](ptet_builder& to) { to.options.weld = weld != 0; });
+  return change(builder, error,
+                [&](ptet_builder& to) { to.options.weld = weld != 0 ? std::optional(Bound{}) : std::nullopt; });
+}
+
+ptet_status ptet_builder_set_weld_within(ptet_builder* builder, double distance, int32_t relative, ptet_error** error) {
+  return change(builder, error, [&](ptet_builder& to) { to.options.weld = Bound{distance, relative != 0}; });
 }
 
 ptet_status ptet_builder_set_keep_order(ptet_builder* builder, int32_t keep_order, ptet_error** error) {

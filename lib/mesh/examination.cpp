@@ -2,15 +2,20 @@
 
 #include "mesh/governing.hpp"
 #include "mesh/large_pages.hpp"
+#include "mesh/near_points.hpp"
+#include "mesh/number_text.hpp"
 #include "mesh/overlaps.hpp"
 #include "mesh/scalar_dispatch.hpp"
 #include "mesh/shape.hpp"
+#include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <tuple>
+#include <utility>
 
 namespace ptet {
 
@@ -24,6 +29,9 @@ constexpr double kSmallestExtent = 1e-50;
 /// Below this product of the sides of the box, determinants of tets need not be told from 0.
 constexpr double kSmallestBox = 1e-250;
 constexpr double kNearFlatShape = 1e-6;
+/// Points no farther apart are so by rounding rather than by shape, as a part of the shortest edge there: the first in
+/// any case, up to the second where the coordinates' type is that coarse.
+constexpr double kLeastOfEdge = 1e-6, kMostOfEdge = 1e-2;
 
 /// What a check has met: how often, and the first few ids.
 class Tally {
@@ -85,6 +93,7 @@ public:
     check_links();
     check_unused_points();
     check_coincident_points();
+    check_near_points();
     enter("checking fields");
     check_arrays();
     return std::move(out_);
@@ -408,6 +417,52 @@ private:
     report(coincident, "coincident-points", Severity::kWarning, "vertex at the place of an earlier one",
            "vertices at the places of earlier ones",
            "kept apart; ptet build --weld makes one of those with the same values that no tet has two of");
+  }
+
+  /// Of the boundary's: those so near to another that rounding has set them apart, going by the edges there.
+  void check_near_points() {
+    std::vector<double> shortest(out_.points.size(), std::numeric_limits<double>::infinity());
+    for (const Face& face : out_.boundary.faces)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::uint32_t a = face[i].index(), b = face[(i + 1) % 3].index();
+        const double length = norm(out_.points[a] - out_.points[b]);
+        shortest[a] = std::min(shortest[a], length);
+        shortest[b] = std::min(shortest[b], length);
+      }
+    std::vector<std::uint32_t> vertices; // one for each place
+    for (std::uint32_t v = 0; v < out_.points.size(); ++v)
+      if (std::isfinite(shortest[v])) vertices.push_back(v);
+    std::sort(vertices.begin(), vertices.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return std::tie(out_.points[a], a) < std::tie(out_.points[b], b);
+    });
+    vertices.erase(std::unique(vertices.begin(), vertices.end(),
+                               [&](std::uint32_t a, std::uint32_t b) { return out_.points[a] == out_.points[b]; }),
+                   vertices.end());
+    std::vector<Point> points;
+    points.reserve(vertices.size());
+    for (const std::uint32_t v : vertices)
+      points.push_back(out_.points[v]);
+    const NearPoints all(std::move(points));
+    double farthest = 0;
+    std::vector<std::uint32_t> near;
+    for (std::uint32_t i = 0; i < all.size(); ++i) {
+      const Point& p = out_.points[vertices[i]];
+      const double rounded = 2 * rounding() * std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+      const double edge = shortest[vertices[i]];
+      const auto distance = all.any_after(i, std::clamp(rounded, kLeastOfEdge * edge, kMostOfEdge * edge));
+      if (!distance) continue;
+      farthest = std::max(farthest, *distance);
+      near.push_back(vertices[i]);
+    }
+    std::sort(near.begin(), near.end());
+    Tally tally;
+    for (const std::uint32_t v : near)
+      tally.add(std::uint64_t{v});
+    report(tally, "near-points", Severity::kNote, "boundary vertex that is hardly apart from another",
+           "boundary vertices that are hardly apart from others",
+           "by " + number_text(farthest) +
+               " at most, and kept so; where parts of the mesh were computed one by one "
+               "and should meet, ptet build --weld-within makes one of those");
   }
 
   void check_arrays() {

@@ -1,8 +1,14 @@
 #include "ptet/weld.hpp"
 
+#include "mesh/near_points.hpp"
+#include "mesh/number_text.hpp"
 #include "mesh/rows.hpp"
+#include "mesh/topology.hpp"
+#include "mesh/vec3.hpp"
+#include "ptet/error.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <vector>
@@ -48,6 +54,105 @@ std::vector<std::uint32_t> find_firsts(const TetMesh& mesh) {
   return first;
 }
 
+/// The largest distance that is one of rounding, and not of shape, as a part of the diagonal.
+constexpr double kFarthest = 1e-3;
+
+/// Where the points are that may be welded over a distance: the vertices of boundary faces. Inside of a mesh none lies
+/// so near to another but by what it is made of.
+std::vector<std::uint32_t> boundary_vertices(const TetMesh& mesh) {
+  std::vector<Tet> tets;
+  tets.reserve(mesh.tets.size());
+  for (const Tet& tet : mesh.tets) {
+    Tet sorted = tet;
+    std::sort(sorted.begin(), sorted.end());
+    if (std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) tets.push_back(tet);
+  }
+  const FaceTable faces = build_face_table(tets, mesh.vertex_count());
+  std::vector<char> is_at_boundary(mesh.vertex_count());
+  for (HalfFace h = 0; h < faces.mate.size(); ++h) {
+    if (faces.is_interior(h)) continue;
+    for (const VertexId v : face_of(tets, h))
+      is_at_boundary[v.index()] = 1;
+  }
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t v = 0; v < is_at_boundary.size(); ++v) {
+    const Point p = mesh.position(VertexId{v});
+    if (is_at_boundary[v] != 0 && std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); }))
+      found.push_back(v);
+  }
+  return found;
+}
+
+/// By vertex: the one that it becomes. Taken in the order of their ids, each becomes the nearest of those that stayed
+/// within the distance and with values as near; none such, and it stays. So no chain of points becomes one.
+class NearFirsts {
+public:
+  NearFirsts(const TetMesh& mesh, double distance, double share) : mesh_(mesh), distance_(distance) {
+    largest_difference_.reserve(mesh.point_arrays.size());
+    for (const PointArray& array : mesh.point_arrays)
+      largest_difference_.push_back(is_floating(array.type) ? share * largest_range(array) : 0);
+  }
+
+  [[nodiscard]] std::vector<std::uint32_t> find() const {
+    std::vector<std::uint32_t> first(mesh_.vertex_count());
+    std::iota(first.begin(), first.end(), 0U);
+    const std::vector<std::uint32_t> vertices = boundary_vertices(mesh_);
+    std::vector<Point> points;
+    points.reserve(vertices.size());
+    for (const std::uint32_t v : vertices)
+      points.push_back(mesh_.position(VertexId{v}));
+    const NearPoints all(std::move(points));
+    for (std::uint32_t i = 0; i < all.size(); ++i) {
+      const std::uint32_t v = vertices[i];
+      double nearest = distance_;
+      all.each_before(i, distance_, [&](std::uint32_t j, double distance) {
+        const std::uint32_t other = vertices[j];
+        if (first[other] != other) return;
+        const bool is_nearer = distance < nearest || (distance == nearest && (first[v] == v || other < first[v]));
+        if (!is_nearer || !has_values_of(v, other)) return;
+        nearest = distance;
+        first[v] = other;
+      });
+    }
+    return first;
+  }
+
+private:
+  /// Of finite values, over all components.
+  static double largest_range(const PointArray& array) {
+    double range = 0;
+    for (std::uint32_t c = 0; c < array.components; ++c) {
+      double least = std::numeric_limits<double>::infinity(), greatest = -least;
+      for (std::size_t row = 0; row < array.bytes.size() / array.row_bytes(); ++row) {
+        const double x = array.value(row, c);
+        if (!std::isfinite(x)) continue;
+        least = std::min(least, x);
+        greatest = std::max(greatest, x);
+      }
+      range = std::max(range, greatest - least);
+    }
+    return range;
+  }
+  [[nodiscard]] bool has_values_of(std::uint32_t a, std::uint32_t b) const {
+    for (std::size_t i = 0; i < mesh_.point_arrays.size(); ++i) {
+      const PointArray& array = mesh_.point_arrays[i];
+      if (compare_rows(array, a, b) == 0) continue;
+      if (!is_floating(array.type)) return false;
+      for (std::uint32_t c = 0; c < array.components; ++c) {
+        const double x = array.value(a, c), y = array.value(b, c);
+        if (!(x == y || (std::isnan(x) && std::isnan(y)) || std::abs(x - y) <= largest_difference_[i])) return false;
+      }
+    }
+    return true;
+  }
+
+  static bool is_floating(ScalarType type) { return type == ScalarType::kFloat32 || type == ScalarType::kFloat64; }
+
+  const TetMesh& mesh_;
+  double distance_;
+  std::vector<double> largest_difference_; ///< by point array
+};
+
 /// Points of which a tet has two stay apart, with all that are like them.
 void keep_tets(const TetMesh& mesh, std::vector<std::uint32_t>& first) {
   std::vector<char> is_apart(first.size());
@@ -59,16 +164,8 @@ void keep_tets(const TetMesh& mesh, std::vector<std::uint32_t>& first) {
     if (is_apart[first[v]] != 0) first[v] = v; // the first of them comes first, so none is looked up after that
 }
 
-} // namespace
-
-std::string welding_note(std::uint64_t points) {
-  return std::to_string(points) + (points == 1 ? " point was" : " points were") +
-         " welded with others of the same place and values";
-}
-
-std::uint64_t weld_points(TetMesh& mesh) {
-  if (!is_whole(mesh)) return 0;
-  std::vector<std::uint32_t> first = find_firsts(mesh);
+/// Lets each vertex be the first of its like; returns how many went.
+std::uint64_t merge(TetMesh& mesh, std::vector<std::uint32_t> first) {
   keep_tets(mesh, first);
   std::vector<VertexId> kept;
   std::vector<std::uint32_t> renumbered(first.size());
@@ -84,6 +181,39 @@ std::uint64_t weld_points(TetMesh& mesh) {
   for (Tet& tet : mesh.tets)
     for (VertexId& v : tet)
       v = VertexId{renumbered[v.index()]};
+  return gone;
+}
+
+/// Of the box of the tets' finite corners.
+double diagonal_of(const TetMesh& mesh) {
+  BoundingBox box;
+  for (const Tet& tet : mesh.tets)
+    for (const VertexId v : tet) {
+      const Point p = mesh.position(v);
+      if (std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); })) box.add(p);
+    }
+  return box.low[0] <= box.high[0] ? norm(box.high - box.low) : 0;
+}
+
+} // namespace
+
+std::string welding_note(std::uint64_t points, const Bound& within) {
+  return std::to_string(points) + (points == 1 ? " point was" : " points were") + " welded with others of " +
+         (within.value > 0 ? "nearly " : "") + "the same place and values";
+}
+
+std::uint64_t weld_points(TetMesh& mesh, const Bound& within) {
+  if (!is_whole(mesh)) return 0;
+  const double diagonal = within.value != 0 && mesh.positions.components == 3 ? diagonal_of(mesh) : 0;
+  const double distance = within.absolute(diagonal);
+  if (diagonal > 0 && !(distance >= 0 && distance <= kFarthest * diagonal))
+    throw Error(ErrorCode::kBadArgument, "points " + number_text(distance) +
+                                             " apart are not so by rounding: they are welded within a thousandth of "
+                                             "the diagonal at most, which is " +
+                                             number_text(kFarthest * diagonal));
+  std::uint64_t gone = merge(mesh, find_firsts(mesh));
+  if (diagonal > 0 && std::isfinite(distance))
+    gone += merge(mesh, NearFirsts(mesh, distance, distance / diagonal).find());
   return gone;
 }
 

@@ -677,6 +677,34 @@ static void test_welding(void) {
     ptet_bytes_free(bytes);
     ptet_builder_free(builder);
   }
+
+  /* Every other tet with points of its own, which are not quite those of the others. */
+  uint32_t apart[4 * TETS];
+  for (int i = 0; i < 4 * TETS; ++i)
+    apart[i] = corners[i] + (i / 4 % 2 == 0 ? 0 : POINTS);
+  for (int i = 0; i < 3 * POINTS; ++i)
+    twice[3 * POINTS + i] = xyz[i] + 1e-6F;
+  ptet_builder* builder = ptet_builder_new();
+  SUCCEEDS(ptet_builder_set_points(builder, PTET_FLOAT32, 2 * POINTS, twice, &error));
+  SUCCEEDS(ptet_builder_set_tets(builder, TETS, apart, &error));
+  uint64_t left[3] = {0};
+  for (int i = 0; i < 3; ++i) {
+    SUCCEEDS(ptet_builder_set_weld_within(builder, i == 1 ? 5e-6 : i == 2 ? 1e-5 : 0, i == 2, &error));
+    ptet_bytes* bytes = NULL;
+    ptet_build_report report = {.struct_size = sizeof report};
+    SUCCEEDS(ptet_builder_build_memory(builder, NULL, NULL, &bytes, &report, &error));
+    left[i] = report.input_vertices;
+    ptet_bytes_free(bytes);
+  }
+  CHECK(left[0] == 2 * POINTS && left[1] < left[0] && left[2] == left[1]);
+  ptet_bytes* bytes = NULL;
+  SUCCEEDS(ptet_builder_set_weld_within(builder, 0.01, 1, &error));
+  FAILS(PTET_BAD_ARGUMENT, "a thousandth of the diagonal",
+        ptet_builder_build_memory(builder, NULL, NULL, &bytes, NULL, &error));
+  SUCCEEDS(ptet_builder_set_weld_within(builder, -1, 0, &error));
+  FAILS(PTET_BAD_ARGUMENT, "welded", ptet_builder_build_memory(builder, NULL, NULL, &bytes, NULL, &error));
+  FAILS(PTET_BAD_ARGUMENT, "builder is NULL", ptet_builder_set_weld_within(NULL, 0, 0, &error));
+  ptet_builder_free(builder);
 }
 
 /* What was given comes back as it stood, where that is kept. */

@@ -178,6 +178,41 @@ class Memory(Case):
                       for flag in ([], ["--weld"])]
         self.assertEqual(topologies, [2, 1])
 
+    def test_what_rounding_has_set_apart_is_welded_within_a_distance(self):
+        points, tets = meshes.grid(6)
+        sides = [[t for t in tets if (sum(points[v][0] for v in t) < 2) == left] for left in (True, False)]
+        at, joined = [], []
+        for move, side in zip((0, 1e-15), sides):
+            used = sorted({v for tet in side for v in tet})
+            place = {v: len(at) + i for i, v in enumerate(used)}
+            at += [tuple(x + move for x in points[v]) for v in used]
+            joined += [[place[v] for v in tet] for tet in side]
+        meshes.vtu(self.folder / "parts.vtu", at, joined, meshes.wave(at))
+        quick = ["--method", "QN", "--target-vertices", "20%"]
+        told = self.json("info", "parts.vtu")
+        near = [finding for finding in told["findings"] if finding["code"] == "near-points"]
+        self.assertEqual([finding["count"] for finding in near], [len(at) - len(points)])
+        apart = self.json("build", "parts.vtu", *quick, "--weld", "-o", "apart.ptet")
+        self.assertEqual(apart["input"]["vertices"], len(at))
+        self.assertTrue(any("--weld-within" in note for note in apart["notes"]))
+        for within in "1e-10%", "1e-12":
+            welded = self.json("build", "parts.vtu", *quick, "--weld-within", within, "--keep-order", "--force",
+                               "-o", "welded.ptet")
+            self.assertTrue(welded["weld"])
+            self.assertEqual(welded["input"]["vertices"], len(points))
+            self.assertEqual(welded["base"]["vertices"], math.ceil(0.2 * len(points)))
+            self.assertFalse(any("--weld-within" in note for note in welded["notes"]))
+            verified = self.json("verify", "welded.ptet", "--original", "parts.vtu")
+            self.assertTrue(verified["ok"])
+            self.assertTrue(any("nearly the same place" in note for note in verified["notes"]))
+        self.ptet("extract", "welded.ptet", "--tets", "50%", "-o", "half.vtu")
+        topologies = [self.json("measure", "parts.vtu", "half.vtu", *flag)["original"]["validity"]["components"]
+                      for flag in (["--weld"], ["--weld-within", "1e-12"])]
+        self.assertEqual(topologies, [2, 1])
+        self.refused(2, "build", "parts.vtu", *quick, "--weld-within", "1%", "-o", "x.ptet",
+                     says="within a thousandth of the diagonal")
+        self.refused(2, "build", "parts.vtu", *quick, "--weld-within", "near", "-o", "x.ptet", says="--weld-within 'near'")
+
     def test_a_limit_is_kept_before_it_is_passed(self):
         self.grid(16)
         self.ptet("build", "grid.vtu", "-q")

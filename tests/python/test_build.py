@@ -96,6 +96,15 @@ class Build(unittest.TestCase):
         self.assertEqual(ptet.build(*built_from).report.input_vertices, 2 * len(points))
         whole = welded.open().extract()
         self.assertEqual((len(whole.points), len(whole.tets)), (len(points), len(tets)))
+        seam = len(np.intersect1d(tets[:half], tets[half:]))  # what is in no tet stays
+        rounded = np.concatenate([points, points.astype(np.float64) + 1e-13]), apart, twice
+        self.assertEqual(ptet.build(*rounded, weld=True).report.input_vertices, 2 * len(points))
+        for within in 1e-11, "1e-9%":
+            report = ptet.build(*rounded, weld=within).report
+            self.assertEqual(report.input_vertices, 2 * len(points) - seam)
+            self.assertIn("nearly the same place", report.notes[0])
+        for wrong in "1%", -1.0, "near", 1.0:
+            self.assertRaises(ptet.ArgumentError, ptet.build, *rounded, weld=wrong)
 
     def test_the_order_of_the_input(self):
         points, tets, fields = cube()

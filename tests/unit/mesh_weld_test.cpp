@@ -2,13 +2,16 @@
 #include "mesh/prepare.hpp"
 #include "ptet/build.hpp"
 #include "ptet/dataset.hpp"
+#include "ptet/error.hpp"
 #include "ptet/validate.hpp"
 #include "ptet/weld.hpp"
 #include "support/meshes.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
+#include <optional>
 #include <random>
 
 #include <catch2/catch.hpp>
@@ -66,6 +69,38 @@ TetMesh two_parts(const std::vector<float>& values) {
   return mesh;
 }
 
+void append(PointArray& array, const Point& p) {
+  const auto* const bytes = reinterpret_cast<const std::byte*>(p.data());
+  array.bytes.insert(array.bytes.end(), bytes, bytes + sizeof p);
+}
+
+/// Moves every number by up to `most`.
+void disturb(PointArray& array, double most, std::mt19937& random) {
+  REQUIRE(array.type == ScalarType::kFloat64);
+  std::uniform_real_distribution<double> noise(-most, most);
+  for (std::size_t at = 0; at < array.bytes.size(); at += sizeof(double)) {
+    double x = 0;
+    std::memcpy(&x, array.bytes.data() + at, sizeof x);
+    x += noise(random);
+    std::memcpy(array.bytes.data() + at, &x, sizeof x);
+  }
+}
+
+double range_of(const PointArray& array, std::uint32_t component) {
+  double least = array.value(0, component), greatest = least;
+  for (std::size_t row = 1; row < array.size(); ++row) {
+    least = std::min(least, array.value(row, component));
+    greatest = std::max(greatest, array.value(row, component));
+  }
+  return greatest - least;
+}
+
+std::optional<Finding> finding(const MeshReport& report, const std::string& code) {
+  const auto found = std::find_if(report.findings.begin(), report.findings.end(),
+                                  [&](const Finding& other) { return other.code == code; });
+  return found == report.findings.end() ? std::nullopt : std::optional(*found);
+}
+
 } // namespace
 
 TEST_CASE("welding: points of the same place and values become the first of them", "[weld]") {
@@ -101,6 +136,115 @@ TEST_CASE("welding: a tet keeps its four corners", "[weld]") {
   CHECK(mesh.tets[1] == before.tets[1]);
   CHECK(mesh.tets[2] == before.tets[2]);
   CHECK(mesh.tets[3][2] == VertexId{5});
+}
+
+TEST_CASE("welding: what rounding has set apart is welded where a distance says so", "[weld]") {
+  // As the parts of a mesh that two processes computed.
+  constexpr std::uint64_t kSeam = 7 * 7, kAll = 7 * 7 * 7;
+  std::mt19937 random(5);
+  const TetMesh whole = test::grid({{6, 6, 6}, {}, 2, 3});
+  TetMesh exact = make_mesh({}, {}, ScalarType::kFloat64);
+  for (std::uint32_t v = 0; v < whole.vertex_count(); ++v)
+    append(exact.positions, whole.position(VertexId{v}));
+  exact.point_arrays = {*std::find_if(whole.point_arrays.begin(), whole.point_arrays.end(),
+                                      [](const PointArray& array) { return array.name == "flow"; })};
+  exact.tets = whole.tets;
+  exact = in_parts(
+      exact, 2, [](std::uint32_t t) { return t < 3 * 6 * 6 * 6 ? 0U : 1U; }, random);
+  REQUIRE(exact.vertex_count() == kAll + kSeam);
+  const double diagonal = validate(exact).diagonal();
+
+  TetMesh mesh = exact;
+  disturb(mesh.positions, 1e-12, random);
+  TetMesh by_bits = mesh;
+  CHECK(weld_points(by_bits) == 0);
+  const auto near = finding(validate(mesh), "near-points");
+  REQUIRE(near);
+  CHECK(near->count == kSeam);
+  CHECK(near->severity == Severity::kNote);
+
+  TetMesh welded = mesh;
+  CHECK(weld_points(welded, {1e-11, false}) == kSeam);
+  CHECK(validate(welded).findings.empty());
+  CHECK(validate(welded).components == 1);
+  // The first of them stays as it is, bit for bit: the parts stand one after the other.
+  const std::size_t first_part = (kAll + kSeam) / 2 * welded.positions.row_bytes();
+  CHECK(std::equal(mesh.positions.bytes.begin(), mesh.positions.bytes.begin() + static_cast<std::ptrdiff_t>(first_part),
+                   welded.positions.bytes.begin()));
+  TetMesh by_share = mesh;
+  CHECK(weld_points(by_share, {1e-11 / diagonal, true}) == kSeam);
+  CHECK(by_share.positions == welded.positions);
+  TetMesh too_near = mesh;
+  CHECK(weld_points(too_near, {1e-14, false}) == 0);
+  CHECK(too_near.tets == mesh.tets);
+
+  // Values have to be as near, as a part of their range.
+  const double range = std::max(
+      {range_of(exact.point_arrays[0], 0), range_of(exact.point_arrays[0], 1), range_of(exact.point_arrays[0], 2)});
+  TetMesh changed = exact;
+  disturb(changed.point_arrays[0], 1e-9 * range, random);
+  CHECK(weld_points(changed, {1e-10, true}) < kSeam / 2);
+  TetMesh changed_less = exact;
+  disturb(changed_less.point_arrays[0], 1e-9 * range, random);
+  CHECK(weld_points(changed_less, {2e-9, true}) == kSeam);
+
+  // The order of the file is that of the welded mesh, and the file says within what it was welded.
+  BuildOptions options;
+  options.prediction = Prediction::kQuadric;
+  options.evaluation = Evaluation::kVertices;
+  options.weld = Bound{1e-13, true};
+  options.keep_order = true;
+  const auto dataset = Dataset::open_memory(build_memory(mesh, options));
+  Request request;
+  request.input_order = true;
+  CHECK(dataset->extract(request).mesh.positions.bytes == welded.positions.bytes);
+  CHECK(dataset->info().provenance_json.find("1e-13 of the diagonal") != std::string::npos);
+}
+
+TEST_CASE("welding over a distance: no chains, no whole numbers, no shapes", "[weld]") {
+  const auto chain = [](double step) { // four tets side by side, each with a corner one step on from the last one's
+    return make_mesh({{0, 0, 0},
+                      {1, 0, 0},
+                      {0, 1, 0},
+                      {0, 0, 1},
+                      {step, 0, 0},
+                      {-1, 0, 0},
+                      {0, 1, -1},
+                      {0, 0, -1},
+                      {2 * step, 0, 0},
+                      {1, 0, -2},
+                      {1, 1, -2},
+                      {0, -1, -2},
+                      {2.2 * step, 0, 0},
+                      {3, 0, 5},
+                      {3, 1, 5},
+                      {3, 0, 6}},
+                     {{0, 1, 2, 3}, {4, 5, 6, 7}, {8, 9, 10, 11}, {12, 13, 14, 15}}, ScalarType::kFloat64);
+  };
+  TetMesh mesh = chain(1e-10);
+  // The second becomes the first; the third is too far from it, and stays; the fourth becomes the third, not the
+  // second.
+  CHECK(weld_points(mesh, {1.5e-10, false}) == 2);
+  CHECK(mesh.tets[1][0] == VertexId{0});
+  CHECK(mesh.tets[2][0] == VertexId{7});
+  CHECK(mesh.tets[3][0] == VertexId{7});
+  CHECK(mesh.position(VertexId{7}) == Point{2e-10, 0, 0});
+
+  TetMesh numbered = chain(1e-10);
+  PointArray ids{"id", ScalarType::kInt32, 1, {}};
+  ids.resize(numbered.vertex_count());
+  ids.bytes[4 * 12] = std::byte{1}; // of the last corner
+  numbered.point_arrays.push_back(ids);
+  CHECK(weld_points(numbered, {1.5e-10, false}) == 1);
+
+  for (const Bound& far : {Bound{0.1, false}, Bound{0.002, true}, Bound{-1e-9, false}, Bound{std::nan(""), false}}) {
+    TetMesh left = chain(1e-10);
+    CHECK_THROWS_AS(weld_points(left, far), Error);
+    CHECK(left.vertex_count() == 16);
+  }
+  BuildOptions options;
+  options.weld = Bound{-1, false};
+  CHECK_THROWS_AS(build_memory(chain(1e-10), options), Error);
 }
 
 TEST_CASE("welding: what is no mesh is left as it is", "[weld]") {
@@ -140,7 +284,7 @@ TEST_CASE("welding: parts become the mesh that they are of, and it can get as co
   options.target_vertices = 0.2;
   BuildReport apart, together;
   (void)build_memory(parts, options, &apart);
-  options.weld = true;
+  options.weld = Bound{};
   options.keep_order = true;
   const auto bytes = build_memory(parts, options, &together);
   CHECK(apart.stopped_by != "target");

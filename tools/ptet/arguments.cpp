@@ -105,6 +105,11 @@ Bound parse_bound(std::string_view option, std::string_view text) {
   return *bound;
 }
 
+std::optional<Bound> welding_of(bool weld, const std::optional<std::string>& within) {
+  if (within) return parse_bound("--weld-within", *within);
+  return weld ? std::optional(Bound{}) : std::nullopt;
+}
+
 std::vector<FieldBound> parse_field_bounds(std::string_view option, const std::vector<std::string>& texts) {
   std::vector<FieldBound> bounds;
   for (const std::string& text : texts) {

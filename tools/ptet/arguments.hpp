@@ -41,6 +41,9 @@ struct Count {
 [[nodiscard]] std::uint64_t parse_whole(std::string_view option, std::string_view text, std::uint64_t least,
                                         std::uint64_t most);
 [[nodiscard]] Bound parse_bound(std::string_view option, std::string_view text);
+
+/// What --weld and --weld-within ask for; none: no welding.
+[[nodiscard]] std::optional<Bound> welding_of(bool weld, const std::optional<std::string>& within);
 /// Names may hold commas and equal signs: an entry ends at the first comma before which it is complete.
 /// No name may occur twice.
 [[nodiscard]] std::vector<FieldBound> parse_field_bounds(std::string_view option,

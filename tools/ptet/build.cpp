@@ -43,6 +43,7 @@ struct Arguments {
   std::optional<std::string> max_star;
   std::optional<std::string> pieces;
   bool weld = false;
+  std::optional<std::string> weld_within;
   bool keep_order = false;
   std::optional<std::string> threads;
   std::optional<std::string> memory_limit;
@@ -135,7 +136,7 @@ Wishes parse(const Arguments& arguments) {
     wishes.options.max_star =
         static_cast<std::uint32_t>(parse_whole("--max-star", *arguments.max_star, kLeastMaxStar, kGreatestMaxStar));
   }
-  wishes.options.weld = arguments.weld;
+  wishes.options.weld = welding_of(arguments.weld, arguments.weld_within);
   wishes.options.keep_order = arguments.keep_order;
   if (arguments.pieces) {
     wishes.options.pieces = static_cast<std::uint32_t>(parse_whole("--pieces", *arguments.pieces, 1, kMostPieces));
@@ -400,6 +401,12 @@ void add_run(CLI::App& command, Arguments& arguments) {
                    "first make one point of those that have the same place\n"
                    "and the same values, bit for bit: what the pieces of a\n"
                    ".pvtu share is otherwise a boundary");
+  command
+      .add_option("--weld-within", arguments.weld_within,
+                  "the same, and what rounding has set apart: points of the\n"
+                  "boundary no more than D apart, or D% of the diagonal,\n"
+                  "with values as near, as a part of their range; D up to\n0.1%")
+      ->option_text("D");
   command.add_flag("--keep-order", arguments.keep_order,
                    "also keep in what order points and cells stood, for\n"
                    "extract --input-order: some 2 bytes a vertex and up to 3\na tet more");

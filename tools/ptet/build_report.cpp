@@ -194,7 +194,7 @@ void print_json(const BuildOutcome& outcome) {
   json["predict"] = name_of(options.prediction);
   json["evaluate"] = name_of(options.evaluation);
   json["objective"] = simulates(options) ? Json(name_of(options.objective)) : Json();
-  json["weld"] = options.weld;
+  json["weld"] = options.weld.has_value();
   json["keep_order"] = options.keep_order;
   json["notes"] = notes;
   json["base"] = {{"vertices", build.base_vertices}, {"tets", build.base_tets}};

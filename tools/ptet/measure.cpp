@@ -36,6 +36,7 @@ struct Arguments {
   bool exact = false;
   std::optional<std::string> samples, seed, threads, tolerance, errors;
   bool weld = false;
+  std::optional<std::string> weld_within;
   bool json = false;
 };
 
@@ -45,6 +46,7 @@ struct Wishes {
   std::uint64_t seed = 1;
   int threads = 0;
   double tolerance = 0.01;
+  std::optional<Bound> weld;
 };
 
 Wishes parse(const Arguments& arguments) {
@@ -65,6 +67,7 @@ Wishes parse(const Arguments& arguments) {
     if (!bound.relative || !(bound.value > 0))
       throw Error(ErrorCode::kBadArgument, "--tolerance '" + *arguments.tolerance + "': it must be X% with X above 0");
   }
+  wishes.weld = welding_of(arguments.weld, arguments.weld_within);
   return wishes;
 }
 
@@ -79,12 +82,12 @@ void check_usable(const MeasuredMesh& side) {
                                               finding.message.substr(0, finding.message.rfind(": ")));
 }
 
-MeasuredMesh load(const std::string& path, bool weld, ProgressLine& progress) {
+MeasuredMesh load(const std::string& path, const std::optional<Bound>& weld, ProgressLine& progress) {
   MeasuredMesh side;
   side.path = path;
   progress.stage("reading");
   side.mesh = read_mesh(path, &side.read, progress.callback());
-  if (weld) side.read.notes.push_back(welding_note(weld_points(side.mesh)));
+  if (weld) side.read.notes.push_back(welding_note(weld_points(side.mesh, *weld), *weld));
   side.found = examine(side.mesh, progress.callback());
   side.report = report_on(side.mesh, side.found);
   check_usable(side);
@@ -355,8 +358,8 @@ void run(const Arguments& arguments) {
   MeasureOutcome outcome;
   outcome.samples = wishes.samples;
   threads.run([&] {
-    outcome.original = load(arguments.original, arguments.weld, progress);
-    outcome.simplified = load(arguments.simplified, arguments.weld, progress);
+    outcome.original = load(arguments.original, wishes.weld, progress);
+    outcome.simplified = load(arguments.simplified, wishes.weld, progress);
   });
   for (const MeasuredMesh* side : {&outcome.original, &outcome.simplified})
     add_reading_notes(side->path, side->read, outcome.notes);
@@ -444,6 +447,7 @@ void add_measure(CLI::App& program) {
   command->add_flag("--weld", arguments->weld,
                     "first make one point of those that have the same place\n"
                     "and the same values, as build --weld does");
+  command->add_option("--weld-within", arguments->weld_within, "the same as build --weld-within")->option_text("D");
   command->add_flag("--json", arguments->json, "the report as one JSON object");
   command->footer(kExamples);
   command->callback([arguments] { run(*arguments); });

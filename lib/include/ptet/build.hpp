@@ -127,9 +127,10 @@ struct BuildOptions {
   /// on the number of pieces, not on where they were collapsed (ptet/pieces_build.hpp). A checkpoint besides is
   /// refused.
   std::uint32_t pieces = 1;
-  /// First make one point of those that are alike in place and all values (ptet/weld.hpp): the mesh that is built from,
-  /// and comes back, is the welded one; so are the counts of the report, and the order that is kept.
-  bool weld = false;
+  /// First make one point of those that are alike in place and all values, within what is given (ptet/weld.hpp; 0: bit
+  /// for bit): the mesh that is built from, and comes back, is the welded one; so are the counts of the report, and the
+  /// order that is kept. None: all points stay.
+  std::optional<Bound> weld;
   /// Also keep in what order vertices, tets and their corners stood, so that the original comes back in that order
   /// where it is asked for (Request::input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large
   /// meshes.

@@ -90,6 +90,10 @@ ptet_status ptet_builder_set_pieces(ptet_builder* builder, uint32_t pieces, ptet
 /* Not 0: first make one point of those that have the same place and the same values in every field, bit for bit: of the
  * points that parts of a mesh share. At first 0. */
 ptet_status ptet_builder_set_weld(ptet_builder* builder, int32_t weld, ptet_error** error);
+/* The same, and what rounding has set apart at the boundary: points no farther apart than `distance`, in mesh units or,
+ * if `relative` is not 0, as a part of the bounding box's diagonal, whose values differ by no larger a part of their
+ * field's range. A thousandth of the diagonal at most. 0: bit for bit. */
+ptet_status ptet_builder_set_weld_within(ptet_builder* builder, double distance, int32_t relative, ptet_error** error);
 /* Not 0: also keep in what order vertices, tets and their corners stand, so that they come back in it
  * (ptet_request_set_input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large meshes. At first 0. */
 ptet_status ptet_builder_set_keep_order(ptet_builder* builder, int32_t keep_order, ptet_error** error);

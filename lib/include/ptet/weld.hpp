@@ -1,6 +1,7 @@
 // Points that stand more than once in a mesh, made one.
 #pragma once
 
+#include "ptet/bounds.hpp"
 #include "ptet/mesh.hpp"
 
 #include <cstdint>
@@ -13,11 +14,18 @@ namespace ptet {
 /// seams are boundaries. The first of such points stays; all that stay keep their order, and so do the tets and their
 /// corners. Points of one place with different values stay apart, and so do those of which one tet has two.
 ///
+/// `within`: above 0, what rounding has set apart at the boundary is welded, too, as the parts of a mesh that several
+/// processes computed have it. Of the vertices of boundary faces, in their order, each becomes the nearest of those
+/// that stay before it and are no farther away than that (mesh units, or a part of the diagonal of the tets' bounding
+/// box), and whose floating-point values differ by no larger a part of their array's range, over all its components,
+/// than the distance is of the diagonal. Whole numbers must be equal; two NaN are.
+///
 /// Returns how many points went. A mesh whose arrays have not one row for each vertex, or whose tets name vertices that
-/// there are not, or with more vertices than ids, is left as it is. Cost: a sort of the points.
-std::uint64_t weld_points(TetMesh& mesh);
+/// there are not, or with more vertices than ids, is left as it is. Throws Error(kBadArgument) for a distance beyond a
+/// thousandth of the diagonal. Cost: a sort of the points, and with `within` a tree over the boundary's.
+std::uint64_t weld_points(TetMesh& mesh, const Bound& within = {});
 
 /// A sentence for who should know: "3 points were welded with others of the same place and values".
-[[nodiscard]] std::string welding_note(std::uint64_t points);
+[[nodiscard]] std::string welding_note(std::uint64_t points, const Bound& within = {});
 
 } // namespace ptet

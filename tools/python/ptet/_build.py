@@ -166,6 +166,13 @@ def _as_names(govern: object) -> list[str]:
     return [as_text(name, "govern") for name in ([govern] if isinstance(govern, str) else govern)]
 
 
+def _as_welding(weld: bool | Bound | None) -> tuple[float, bool] | None:
+    """Within what points are welded; None: not at all."""
+    if weld is None or isinstance(weld, (bool, np.bool_)):
+        return (0.0, False) if weld else None
+    return parse_bound(weld, "weld")
+
+
 def _as_output(out: PathLike) -> bytes:
     """A file that may be replaced: what is no .ptet file may be somebody's mesh."""
     path = as_path(out)
@@ -183,7 +190,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
           max_field_error: ErrorBounds | None = None, max_domain_error: Bound = "2%",
           target_vertices: Count | float = 0.01, min_quality: float | None = None, max_star: int = 64,
           round_fraction: float = 0.3, threads: int = 0, memory_limit: int = 0, pieces: int = 1,
-          weld: bool = False, keep_order: bool = False, source_name: str = "", source_hash: str = "",
+          weld: bool | Bound = False, keep_order: bool = False, source_name: str = "", source_hash: str = "",
           progress: Optional[ProgressCallback] = None) -> Built:
     """Simplifies a mesh, and keeps all its levels in one file.
 
@@ -218,7 +225,9 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         pieces: the mesh is cut in so many pieces, which are collapsed one after the other before the whole; 1: it is
             one. The bytes depend on it, with the same guarantees. 1 to 65536.
         weld: first make one point of those that have the same place and the same values in every field, bit for bit: of
-            the points that parts of a mesh share.
+            the points that parts of a mesh share. A distance, in mesh units or "1e-7%" of the diagonal, 0.1% at most:
+            also what rounding has set apart at the boundary, no farther apart than that, with values that differ by no
+            larger a part of their field's range.
         keep_order: also keep in what order points, tets and their corners stand, so that they come back in it where
             that is asked for: `Dataset.extract(input_order=True)`. Takes some 2 bytes a point and up to 3 a tet, 4 of
             very large meshes.
@@ -260,7 +269,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         evaluation, objective, as_whole(max_star, 8, 4096, "max_star"),
         parse_number(round_fraction, "round_fraction"),
         as_whole(threads, 0, 1024, "threads"), as_whole(memory_limit, 0, 2**64 - 1, "memory_limit"),
-        as_whole(pieces, 1, 65536, "pieces"), bool(weld), bool(keep_order), source_name, source_hash,
+        as_whole(pieces, 1, 65536, "pieces"), _as_welding(weld), bool(keep_order), source_name, source_hash,
         progress)
     report["walk"] = [Round(*step) for step in report["walk"]]
     return Built(None if path is None else os.fsdecode(path), None if data is None else memoryview(data), BuildReport(**report))

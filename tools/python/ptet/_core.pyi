@@ -33,7 +33,7 @@ def build(
     threads: int,
     memory_limit: int,
     pieces: int,
-    weld: bool,
+    weld: tuple[float, bool] | None,
     keep_order: bool,
     source_name: str,
     source_hash: str,

@@ -120,8 +120,8 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
                 const PlainBound& max_domain_error, double target_vertices, std::optional<double> min_quality,
                 const std::string& prediction, const std::string& evaluation, const std::string& objective,
                 std::uint32_t max_star, double round_fraction, unsigned threads, std::uint64_t memory_limit,
-                std::uint32_t pieces, bool weld, bool keep_order, const std::string& source_name,
-                const std::string& source_hash, const py::object& progress) {
+                std::uint32_t pieces, const std::optional<PlainBound>& weld, bool keep_order,
+                const std::string& source_name, const std::string& source_hash, const py::object& progress) {
   BuildOptions options;
   options.fields = govern;
   for (const auto& [field, value, relative] : max_field_error)
@@ -137,7 +137,7 @@ py::tuple build(const py::array& points, const py::array& tets, const NamedArray
   options.threads = threads;
   options.memory_limit = memory_limit;
   options.pieces = pieces;
-  options.weld = weld;
+  if (weld) options.weld = Bound{weld->first, weld->second};
   options.keep_order = keep_order;
 
   TetMesh mesh = to_mesh(points, tets, fields);

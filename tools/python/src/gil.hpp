@@ -42,7 +42,8 @@ private:
 /// Whether calls of other threads than the one that ends Python are to come to an end, as nobody waits for them.
 [[nodiscard]] bool is_gil_lost();
 
-/// Waits until end_gil() is under way in another thread; not at all with the lock held, which that thread would wait for.
+/// Waits until end_gil() is under way in another thread; not at all with the lock held, which that thread would wait
+/// for.
 void wait_for_end_of_gil();
 
 /// To be called at exit, with the lock held: no other thread gets it from C++ code any more. Waits for those that are
