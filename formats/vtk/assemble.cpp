@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
+#include <type_traits>
 
 #include <vtkCell.h>
 #include <vtkCellArray.h>
@@ -55,6 +57,9 @@ std::string kind_name(int type, bool plural) {
   case VTK_TRIQUADRATIC_HEXAHEDRON: return plural ? "triquadratic hexahedra" : "triquadratic hexahedron";
   case VTK_PENTAGONAL_PRISM: return plural ? "pentagonal prisms" : "pentagonal prism";
   case VTK_HEXAGONAL_PRISM: return plural ? "hexagonal prisms" : "hexagonal prism";
+  case VTK_LAGRANGE_TETRAHEDRON: return plural ? "Lagrange tetrahedra" : "Lagrange tetrahedron";
+  case VTK_LAGRANGE_WEDGE: return plural ? "Lagrange wedges" : "Lagrange wedge";
+  case VTK_LAGRANGE_HEXAHEDRON: return plural ? "Lagrange hexahedra" : "Lagrange hexahedron";
   case VTK_POLYHEDRON: return plural ? "polyhedra" : "polyhedron";
   default: break;
   }
@@ -307,6 +312,41 @@ void Assembler::add_cell_of_faces(int type, std::uint64_t cell) {
   }
 }
 
+void Assembler::add_lattice(const LagrangeParts& parts, std::span<const VertexId> points, std::uint64_t cell) {
+  const auto picked = [&](const auto& numbers) {
+    std::array<VertexId, std::tuple_size_v<std::decay_t<decltype(numbers)>>> ids;
+    std::transform(numbers.begin(), numbers.end(), ids.begin(), [&](std::uint32_t n) { return points[n]; });
+    return ids;
+  };
+  for (const auto& tet : parts.tets)
+    append_if_proper(picked(tet), mesh_.tets);
+  for (const auto& octahedron : parts.octahedra)
+    split_octahedron(picked(octahedron), mesh_, mesh_.tets);
+  const auto add = [&](int type, const auto& part) {
+    check_room_for_splitting();
+    cells_to_split_.add(type, picked(part), cell, mesh_.tets.size());
+  };
+  for (const auto& hexahedron : parts.hexahedra)
+    add(VTK_HEXAHEDRON, hexahedron);
+  for (const auto& wedge : parts.wedges)
+    add(VTK_WEDGE, wedge);
+}
+
+/// Cells of Lagrange's kinds may have another order along each axis, as an array of the grid then says.
+void Assembler::check_degrees(vtkUnstructuredGrid& grid, std::uint64_t cells) const {
+  vtkDataArray* const degrees = grid.GetCellData()->GetHigherOrderDegrees();
+  if (!degrees) return;
+  if (static_cast<std::uint64_t>(degrees->GetNumberOfTuples()) != cells || degrees->GetNumberOfComponents() != 3)
+    fail("the degrees of its cells are not three for each");
+  for (vtkIdType i = 0; i < degrees->GetNumberOfTuples(); ++i) {
+    const std::array<double, 3> of_cell = {degrees->GetComponent(i, 0), degrees->GetComponent(i, 1),
+                                           degrees->GetComponent(i, 2)};
+    if (of_cell[0] != of_cell[1] || of_cell[0] != of_cell[2])
+      fail("cell " + std::to_string(cell_count_ + static_cast<std::uint64_t>(i)) +
+           " has another degree along each axis, and ptet splits cells of one degree: write the mesh in such");
+  }
+}
+
 template <class Index>
 void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& faces, const Index* offsets,
                           std::uint64_t offset_count, const Index* ids, std::uint64_t id_count) {
@@ -316,10 +356,11 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
     fail("the numbers of cells and of cell types differ");
   const unsigned char* types = type_array->GetPointer(0);
   const std::vector<unsigned char> ghosts = ghost_flags(grid, cells);
+  check_degrees(grid, cells);
 
   static const std::array<int, 256> kDimensions = dimensions_of_types();
   mesh_.tets.reserve(mesh_.tets.size() + static_cast<std::size_t>(std::count(types, types + cells, VTK_TETRA)));
-  std::array<VertexId, kMaxCellPoints> points;
+  std::vector<VertexId> points;
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t cell = cell_count_ + i;
     if (!ghosts.empty() && (ghosts[i] & kGhostCell) != 0) {
@@ -335,7 +376,9 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
       fail("cell " + std::to_string(cell) + " lies outside the table of cells");
     const auto given = static_cast<std::uint64_t>(offsets[i + 1] - offsets[i]);
     const int type = plain_type(types[i], given);
-    const std::size_t prism = points_of_prism(type), size = prism != 0 ? prism : cell_size(type).points;
+    const LagrangeParts* const lattice = lagrange_.parts_of(type, given);
+    const std::size_t prism = points_of_prism(type);
+    const std::uint64_t size = lattice != nullptr ? given : prism != 0 ? prism : cell_size(type).points;
     if (size == 0) {
       Kind& kind = (kDimensions[types[i]] < 3 ? flat_cells_ : refused_cells_)[type];
       if (kind.count++ == 0) kind.first_cell = cell;
@@ -344,17 +387,20 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
     if (given != size)
       fail("cell " + std::to_string(cell) + ", a " + kind_name(type, false) + ", has " + std::to_string(given) +
            " points");
-    for (std::size_t k = 0; k < size; ++k)
-      points[k] = vertex(ids[static_cast<std::uint64_t>(offsets[i]) + k], cell);
-    to_plain_order(types[i], {points.data(), size});
+    points.clear();
+    for (std::uint64_t k = 0; k < size; ++k)
+      points.push_back(vertex(ids[static_cast<std::uint64_t>(offsets[i]) + k], cell));
+    to_plain_order(types[i], points);
     ++volume_cells_[type].count;
     if (type == VTK_TETRA)
       mesh_.tets.push_back({points[0], points[1], points[2], points[3]});
+    else if (lattice != nullptr)
+      add_lattice(*lattice, points, cell);
     else if (prism != 0)
-      add_prism(type, {points.data(), size}, cell);
+      add_prism(type, points, cell);
     else {
       check_room_for_splitting();
-      cells_to_split_.add(type, {points.data(), size}, cell, mesh_.tets.size());
+      cells_to_split_.add(type, points, cell, mesh_.tets.size());
     }
   }
   cell_count_ += cells;
@@ -392,9 +438,9 @@ std::string Assembler::what_to_do_with_refused() const {
     return ": ptet reads polyhedra from .vtu files only; save the mesh as one, as ParaView does";
   const bool has_higher_order = std::any_of(refused_cells_.begin(), refused_cells_.end(), [](const auto& refused) {
     return refused.first >= VTK_LAGRANGE_CURVE && refused.first <= VTK_BEZIER_PYRAMID;
-  });
+  }); // pyramids, those of Bezier, whose points are not on the cell, and what has the points of no order
   return std::string(", which ptet cannot split into tetrahedra: ") +
-         (has_higher_order ? "write the mesh in cells of the first or second order"
+         (has_higher_order ? "write the mesh in tetrahedra, hexahedra or wedges of Lagrange's kind"
                            : "do so first, as ParaView's Tetrahedralize does");
 }
 

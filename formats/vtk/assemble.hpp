@@ -3,12 +3,15 @@
 #pragma once
 
 #include "formats/vtk/cell_splitting.hpp"
+#include "formats/vtk/lagrange.hpp"
 #include "formats/vtk/polyhedron.hpp"
 #include "formats/vtk/read.hpp"
 
 #include <cstdint>
 #include <map>
 #include <set>
+#include <span>
+#include <vector>
 
 class vtkAbstractArray;
 class vtkDataArray;
@@ -48,6 +51,7 @@ private:
 
   void add_array(PointArray& to, vtkDataArray& from, std::uint64_t points);
   void check_same_arrays(const std::vector<std::pair<std::string, vtkDataArray*>>& arrays) const;
+  void check_degrees(vtkUnstructuredGrid& grid, std::uint64_t cells) const;
   [[nodiscard]] std::vector<unsigned char> ghost_flags(vtkUnstructuredGrid& grid, std::uint64_t cells) const;
   template <class Index>
   void add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& faces, const Index* offsets,
@@ -59,6 +63,8 @@ private:
   void add_polyhedron(const PolyhedronFaces& faces, std::uint64_t cell_of_grid, std::uint64_t cell);
   void add_prism(int type, std::span<const VertexId> points, std::uint64_t cell);
   void add_cell_of_faces(int type, std::uint64_t cell);
+  /// `points`: of the cell.
+  void add_lattice(const LagrangeParts& parts, std::span<const VertexId> points, std::uint64_t cell);
   void note_component_names(const std::string& name, vtkDataArray& array);
   void count_ghost_points(vtkAbstractArray& array);
   /// Whether to go on.
@@ -71,6 +77,7 @@ private:
   const ProgressCallback& progress_;
   TetMesh mesh_;
   CellSplitting cells_to_split_;
+  LagrangeCells lagrange_;
   std::vector<Polygon> faces_; ///< of a polyhedron or prism
   SplitPolyhedron polyhedron_; ///< what it is split to
   std::uint64_t middles_ = 0;  ///< points that were added in polyhedra

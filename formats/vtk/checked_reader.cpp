@@ -104,7 +104,7 @@ int CheckedReader::ReadPiece(vtkXMLDataElement* piece) {
                            << *first_layout_ << ".");
     return 0;
   }
-  if (!check_ghosts(cell_data)) return 0;
+  if (!check_cell_flags(cell_data)) return 0;
   take_face_arrays();
   announced +=
       {static_cast<std::uint64_t>(NumberOfPoints[Piece]), static_cast<std::uint64_t>(NumberOfCells[Piece]),
@@ -215,9 +215,10 @@ int CheckedReader::last_step_of(vtkXMLDataElement& array) {
   return last;
 }
 
-bool CheckedReader::is_ghost_array(vtkXMLDataElement& array) {
+bool CheckedReader::tells_of_cells(vtkXMLDataElement& cell_data, vtkXMLDataElement& array) {
   const std::string name = attribute(array, "Name");
-  return name == vtkDataSetAttributes::GhostArrayName() ||
+  const bool has_degrees = !name.empty() && name == attribute(cell_data, "HigherOrderDegrees");
+  return has_degrees || name == vtkDataSetAttributes::GhostArrayName() ||
          (name == "vtkGhostLevels" && GetFileMajorVersion() < 2 && attribute(array, "type") == "UInt8" &&
           components_of(array) == "1");
 }
@@ -227,27 +228,27 @@ std::string CheckedReader::components_of(vtkXMLDataElement& array) {
   return components.empty() ? "1" : components;
 }
 
-std::string CheckedReader::ghost_layout_of(vtkXMLDataElement* cell_data) {
+std::string CheckedReader::layout_of_cell_flags(vtkXMLDataElement* cell_data) {
   std::string layout;
   for (int i = 0; cell_data && i < cell_data->GetNumberOfNestedElements(); ++i) {
     vtkXMLDataElement& array = *cell_data->GetNestedElement(i);
-    if (is_ghost_array(array))
+    if (tells_of_cells(*cell_data, array))
       layout += "[" + attribute(array, "Name") + " " + attribute(array, "type") + " " + components_of(array) + "]";
   }
   return layout;
 }
 
-bool CheckedReader::check_ghosts(vtkXMLDataElement* cell_data) {
+bool CheckedReader::check_cell_flags(vtkXMLDataElement* cell_data) {
   if (NumberOfCells[Piece] == 0) return true;
-  const std::string layout = ghost_layout_of(cell_data);
-  if (!first_ghost_layout_) {
-    first_ghost_layout_ = layout;
+  const std::string layout = layout_of_cell_flags(cell_data);
+  if (!first_flag_layout_) {
+    first_flag_layout_ = layout;
     std::fill_n(CellDataElements, Piece, cell_data);
   }
-  if (layout == *first_ghost_layout_) return true;
+  if (layout == *first_flag_layout_) return true;
   const auto named = [](const std::string& flags) { return flags.empty() ? std::string("none") : flags; };
-  vtkErrorMacro("piece " << Piece << " has other ghost flags of cells than those before it: " << named(layout)
-                         << " instead of " << named(*first_ghost_layout_) << ".");
+  vtkErrorMacro("piece " << Piece << " has other ghost flags or degrees of cells than those before it: "
+                         << named(layout) << " instead of " << named(*first_flag_layout_) << ".");
   return false;
 }
 
@@ -257,7 +258,7 @@ void CheckedReader::leave_out(vtkXMLDataElement& data) {
     vtkXMLDataElement& array = *data.GetNestedElement(i);
     const std::string name = unique_name(attribute(array, "Name"), static_cast<std::size_t>(i), taken);
     array.SetAttribute("Name", name.c_str());
-    if (is_ghost_array(array)) continue;
+    if (tells_of_cells(data, array)) continue;
     CellDataArraySelection->AddArray(name.c_str(), false);
     cell_arrays.push_back(name);
   }

@@ -69,15 +69,16 @@ private:
   /// The last of the steps that an array is for; -1 when it is for all of them.
   static int last_step_of(vtkXMLDataElement& array);
 
+  /// Whether an array has ghost flags, or the degrees of Lagrange's cells: others are not read.
   /// Of files before version 2 the reader makes ghost flags of levels, where they are bytes.
-  bool is_ghost_array(vtkXMLDataElement& array);
+  bool tells_of_cells(vtkXMLDataElement& cell_data, vtkXMLDataElement& array);
   static std::string components_of(vtkXMLDataElement& array);
-  /// Of what a piece says of its ghost cells, that which has to be the same for all.
-  std::string ghost_layout_of(vtkXMLDataElement* cell_data);
+  /// Of what a piece says of its cells, that which has to be the same for all.
+  std::string layout_of_cell_flags(vtkXMLDataElement* cell_data);
 
   /// VTK asks the first piece, which may be empty, what arrays there are, and leaves what another piece has not as it
   /// finds it in memory.
-  bool check_ghosts(vtkXMLDataElement* cell_data);
+  bool check_cell_flags(vtkXMLDataElement* cell_data);
 
   void leave_out(vtkXMLDataElement& data);
 
@@ -121,8 +122,8 @@ private:
   static constexpr std::array<const char*, 6> kFaceArrays = {
       "faceoffsets", "faces", "polyhedron_offsets", "polyhedron_to_faces", "face_offsets", "face_connectivity"};
   std::vector<std::map<std::string, vtkSmartPointer<vtkXMLDataElement>>> face_arrays_; ///< by piece
-  std::optional<std::string> first_layout_;       ///< of the first piece that has points
-  std::optional<std::string> first_ghost_layout_; ///< of the first piece that has cells
+  std::optional<std::string> first_layout_;      ///< of the first piece that has points
+  std::optional<std::string> first_flag_layout_; ///< of the first piece that has cells
 };
 
 } // namespace ptet::vtkio

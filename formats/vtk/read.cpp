@@ -2,6 +2,7 @@
 
 #include "formats/ptet/running_hash.hpp"
 #include "formats/vtk/sources.hpp"
+#include "formats/vtk/split_cell.hpp"
 #include "mesh/number_text.hpp"
 #include "ptet/error.hpp"
 
@@ -114,11 +115,16 @@ void check_readable(const std::string& path) {
 
 std::uint64_t AnnouncedMesh::bytes_to_read() const {
   constexpr double kIdBytes = 8, kGridCellBytes = 9, kTetBytes = 16; // 64-bit ids; an offset and a type
+  constexpr double kPointsOfHexahedron = 8, kTetsOfHexahedron = 6;
   const auto all_cells = static_cast<double>(cells), all_ids = static_cast<double>(ids);
   // A hexahedron has four points more than a tet, and gives five tets or six.
-  const double to_split = std::min(all_cells, std::max(0.0, all_ids - 4 * all_cells) / 4);
+  // Of more points than quadratic ones have (Lagrange's), a cell has one with eight points for each at most.
+  const bool is_of_high_order = all_ids > static_cast<double>(kMaxCellPoints) * all_cells;
+  const double to_split = is_of_high_order ? all_ids : std::min(all_cells, std::max(0.0, all_ids - 4 * all_cells) / 4);
+  const double waiting_ids =
+      is_of_high_order ? kPointsOfHexahedron * all_ids : std::max(0.0, all_ids - 4 * (all_cells - to_split));
   const double waiting = to_split * static_cast<double>(CellSplitting::bytes_of_cell()) +
-                         std::max(0.0, all_ids - 4 * (all_cells - to_split)) * static_cast<double>(sizeof(VertexId));
+                         waiting_ids * static_cast<double>(sizeof(VertexId));
   const double grid = kIdBytes * all_ids + kGridCellBytes * all_cells;
   // Polyhedra: faces as they are read and as they are kept, then tets or pyramids to be split, one of them for a corner
   // at most; and a point in each, which has twelve corners and more.
@@ -126,12 +132,13 @@ std::uint64_t AnnouncedMesh::bytes_to_read() const {
   const auto all_corners = static_cast<double>(corners);
   const double of_middles =
       points == 0 ? 0 : all_corners / kFewestCorners * (point_bytes / static_cast<double>(points));
-  const double reading =
-      2 * point_bytes + of_middles + grid + kTetBytes * (all_cells - to_split) + waiting + kFaceBytes * all_corners;
+  const double reading = 2 * point_bytes + of_middles + grid + kTetBytes * std::max(0.0, all_cells - to_split) +
+                         waiting + kFaceBytes * all_corners;
   // Of more than eight points, as quadratic cells have, up to half as many again, and twice as many of 27.
-  constexpr double kPointsOfHexahedron = 8;
   const double of_tets = std::max(0.0, all_ids - 3 * all_cells);
-  const double tets = all_ids > kPointsOfHexahedron * all_cells ? 1.5 * of_tets : of_tets;
+  const double tets = is_of_high_order                            ? kTetsOfHexahedron * all_ids
+                      : all_ids > kPointsOfHexahedron * all_cells ? 1.5 * of_tets
+                                                                  : of_tets;
   const double splitting = point_bytes + of_middles + waiting + kTetBytes * tets + kPartBytes * all_corners;
   constexpr double kMost = 0x1p63; // whatever a damaged file announces
   return static_cast<std::uint64_t>(std::min(std::max(reading, splitting), kMost));

@@ -23,17 +23,17 @@ struct ReadReport {
 ///
 /// Returns every point of the file, used or not, in the file's order; every numeric point array; and the volume cells
 /// as tets in the file's cell order and orientation (vertices of a tet in the file's order). Hexahedra, voxels, wedges,
-/// pyramids and the quadratic cells of 10, 13, 15, 18, 20 and 27 points, also as Lagrange's, are split conformingly
-/// without new points; prisms over pentagons and hexagons, and polyhedra of VTU, around a point in the middle of each,
-/// which come behind those of their piece, with the mean of the values around. The tets' ids are in range; nothing else
-/// about the mesh is checked (see validate()). `report` may be null. `memory_limit`: the most bytes that reading may
-/// take; 0: no limit. What the head of the file says of its size is held against it, before any of its tables is read.
-/// Throws Error, messages beginning with the path: kIo (cannot be opened or read), kBadInput (contents: damaged, no
-/// volume cells, a cell type or a dataset that cannot be handled), kLimit (more than 2^32 - 2 points or tets, or more
-/// than memory holds or `memory_limit` allows); and kCancelled. Prints nothing.
-/// Thread rule: calls wait for one another and for write_mesh() (VTK's messages go through one global window).
-/// Cost: VTK's reading, plus one copy of every array, and up to 290 bytes a hexahedron that has to be split, 1,200 of
-/// 27 points.
+/// pyramids, the quadratic cells of 10, 13, 15, 18, 20 and 27 points, and Lagrange's tetrahedra, hexahedra and wedges
+/// of orders up to 64 are split conformingly without new points; prisms over pentagons and hexagons, and polyhedra of
+/// VTU, around a point in the middle of each, which come behind those of their piece, with the mean of the values
+/// around. The tets' ids are in range; nothing else about the mesh is checked (see validate()). `report` may be null.
+/// `memory_limit`: the most bytes that reading may take; 0: no limit. What the head of the file says of its size is
+/// held against it, before any of its tables is read. Throws Error, messages beginning with the path: kIo (cannot be
+/// opened or read), kBadInput (contents: damaged, no volume cells, a cell type or a dataset that cannot be handled),
+/// kLimit (more than 2^32 - 2 points or tets, or more than memory holds or `memory_limit` allows); and kCancelled.
+/// Prints nothing. Thread rule: calls wait for one another and for write_mesh() (VTK's messages go through one global
+/// window). Cost: VTK's reading, plus one copy of every array, and up to 290 bytes a hexahedron that has to be split,
+/// 1,200 of 27 points.
 [[nodiscard]] TetMesh read_mesh(const std::string& path, ReadReport* report = nullptr,
                                 const ProgressCallback& progress = {}, std::uint64_t memory_limit = 0);
 

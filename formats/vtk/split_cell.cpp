@@ -93,15 +93,6 @@ constexpr std::array<std::array<std::uint8_t, 6>, 8> kWedges = {{{0, 8, 6, 12, 1
                                                                  {17, 14, 16, 11, 5, 10},
                                                                  {15, 17, 16, 9, 11, 10}}};
 
-void append_if_proper(const Tet& tet, std::vector<Tet>& tets) {
-  for (int i = 0; i < 4; ++i) {
-    for (int j = i + 1; j < 4; ++j) {
-      if (tet[i] == tet[j]) return;
-    }
-  }
-  tets.push_back(tet);
-}
-
 void cone(std::span<const Face> faces, std::span<const VertexId> points, const Ranks& ranks, std::vector<Tet>& tets) {
   const auto earlier = [&](std::uint8_t a, std::uint8_t b) { return ranks[a] < ranks[b]; };
   std::uint8_t apex = faces[0][0];
@@ -147,25 +138,39 @@ void split_quadratic_tet(std::span<const VertexId> p, const TetMesh& mesh, std::
   static constexpr std::array<Corner, 4> kCorners = {{{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}}};
   cut_off(kCorners, p, tets);
 
-  // Each diagonal with the four points around it, so ordered that (from, to, ring[i], ring[i + 1]) is positive.
+  split_octahedron({p[4], p[9], p[5], p[7], p[6], p[8]}, mesh, tets);
+}
+
+} // namespace
+
+void append_if_proper(const Tet& tet, std::vector<Tet>& tets) {
+  for (int i = 0; i < 4; ++i) {
+    for (int j = i + 1; j < 4; ++j) {
+      if (tet[i] == tet[j]) return;
+    }
+  }
+  tets.push_back(tet);
+}
+
+void split_octahedron(const std::array<VertexId, 6>& corners, const TetMesh& positions, std::vector<Tet>& tets) {
+  // Each diagonal with the four corners around it, so ordered that (from, to, ring[i], ring[i + 1]) is positive.
   struct Diagonal {
     std::uint8_t from, to, ring[4];
   };
-  static constexpr Diagonal kDiagonals[3] = {{4, 9, {5, 6, 7, 8}}, {5, 7, {6, 4, 8, 9}}, {6, 8, {4, 5, 9, 7}}};
+  static constexpr Diagonal kDiagonals[3] = {{0, 1, {2, 4, 3, 5}}, {2, 3, {4, 0, 5, 1}}, {4, 5, {0, 2, 1, 3}}};
   const Diagonal* best = nullptr;
   double best_length = 0;
   for (const Diagonal& diagonal : kDiagonals) {
-    const double length = squared_distance(mesh.position(p[diagonal.from]), mesh.position(p[diagonal.to]));
+    const double length =
+        squared_distance(positions.position(corners[diagonal.from]), positions.position(corners[diagonal.to]));
     if (best && !(length < best_length)) continue;
     best = &diagonal;
     best_length = length;
   }
-  for (int i = 0; i < 4; ++i) {
-    append_if_proper({p[best->from], p[best->to], p[best->ring[i]], p[best->ring[(i + 1) % 4]]}, tets);
-  }
+  for (int i = 0; i < 4; ++i)
+    append_if_proper({corners[best->from], corners[best->to], corners[best->ring[i]], corners[best->ring[(i + 1) % 4]]},
+                     tets);
 }
-
-} // namespace
 
 CellSize cell_size(int vtk_cell_type) {
   switch (vtk_cell_type) {

@@ -52,4 +52,11 @@ void to_plain_order(int vtk_cell_type, std::span<VertexId> points);
 void split_cell(int vtk_cell_type, std::span<const VertexId> points, const Ranks& ranks, const TetMesh& positions,
                 std::vector<Tet>& tets);
 
+/// Appends a tet, but one with a repeated point.
+void append_if_proper(const Tet& tet, std::vector<Tet>& tets);
+
+/// Appends the four tets of an octahedron, split at its shortest diagonal, the first of several: corners 0 and 1, 2 and
+/// 3, 4 and 5 are opposite; (0, 1, 2, 4) is positively oriented where the octahedron is.
+void split_octahedron(const std::array<VertexId, 6>& corners, const TetMesh& positions, std::vector<Tet>& tets);
+
 } // namespace ptet::vtkio

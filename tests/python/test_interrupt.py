@@ -31,6 +31,24 @@ class Interrupt(unittest.TestCase):
         timer.join()
         return time.process_time() - pressed[0]
 
+    def ends_in_silence(self, script):
+        """Runs `script` in a Python of its own, where `bytes` is a file and Source() reads it."""
+        begin = """
+            import sys, threading, time
+            sys.path.insert(0, sys.argv[1])
+            import support
+            from support import ptet
+            bytes = support.built()
+            class Source:
+                size = len(bytes)
+                def read(self, offset, size):
+                    return bytes[offset:offset + size]
+        """
+        done = subprocess.run([sys.executable, "-c", textwrap.dedent(begin) + textwrap.dedent(script),
+                               os.path.dirname(__file__)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              encoding="utf-8", timeout=60, check=False)
+        self.assertEqual((done.returncode, done.stdout), (0, ""))
+
     def test_builds_stop(self):
         big = cube(36)  # for a minute or so
         for method in ({}, {"method": "BFS"}, {"method": "QN", "evaluate": "exact"}):
@@ -87,15 +105,6 @@ class Interrupt(unittest.TestCase):
 
     def test_the_process_ends_while_other_threads_are_at_work(self):
         script = """
-            import sys, threading, time
-            sys.path.insert(0, sys.argv[1])
-            import support
-            from support import ptet
-            bytes = support.built()
-            class Source:
-                size = len(bytes)
-                def read(self, offset, size):
-                    return bytes[offset:offset + size]
             def extract():
                 data = ptet.open(bytes)
                 while True:
@@ -120,22 +129,10 @@ class Interrupt(unittest.TestCase):
             time.sleep(0.5)
         """
         for _ in range(5):
-            done = subprocess.run([sys.executable, "-c", textwrap.dedent(script), os.path.dirname(__file__)],
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", timeout=60,
-                                  check=False)
-            self.assertEqual((done.returncode, done.stdout), (0, ""))
+            self.ends_in_silence(script)
 
     def test_the_process_ends_while_one_thread_reads_and_others_are_to(self):
         script = """
-            import sys, threading, time
-            sys.path.insert(0, sys.argv[1])
-            import support
-            from support import ptet
-            bytes = support.built()
-            class Source:
-                size = len(bytes)
-                def read(self, offset, size):
-                    return bytes[offset:offset + size]
             class Slow(Source):
                 def read(self, offset, size):
                     if is_open.is_set():
@@ -154,10 +151,7 @@ class Interrupt(unittest.TestCase):
                 threading.Thread(target=work, daemon=True).start()
             is_read.wait()
         """
-        done = subprocess.run([sys.executable, "-c", textwrap.dedent(script), os.path.dirname(__file__)],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", timeout=60,
-                              check=False)
-        self.assertEqual((done.returncode, done.stdout), (0, ""))
+        self.ends_in_silence(script)
 
     def test_other_threads_run_meanwhile(self):
         big = cube(24)

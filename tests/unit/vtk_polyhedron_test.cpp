@@ -618,50 +618,6 @@ TEST_CASE("prisms over polygons are split as polyhedra are, and agree with these
                                     : "split 1 hexagonal prism and 1 polyhedron into tetrahedra"));
 }
 
-TEST_CASE("Lagrange cells of the first and second order are those of their points", "[vtk]") {
-  // One cell of each kind alone; its mesh is the same by either type.
-  struct Kind {
-    int lagrange, plain;
-    std::size_t points;
-  };
-  const Kind kind =
-      GENERATE(Kind{71, 10, 4}, Kind{71, 24, 10}, Kind{73, 13, 6}, Kind{73, 32, 18}, Kind{72, 12, 8}, Kind{72, 29, 27});
-  VtuText text;
-  std::mt19937 random(3);
-  std::string coordinates;
-  text.connectivity.clear();
-  for (std::size_t i = 0; i < kind.points; ++i) {
-    text.connectivity += std::to_string(i) + " ";
-    for (int axis = 0; axis < 3; ++axis)
-      coordinates += std::to_string(random() % 1000) + " ";
-  }
-  text.counts = "NumberOfPoints=\"" + std::to_string(kind.points) + "\" NumberOfCells=\"1\"";
-  text.version = "2.2"; // before, VTK numbers the edges of Lagrange's hexahedra otherwise
-  text.points = array_text("NumberOfComponents=\"3\"", coordinates);
-  text.offsets = std::to_string(kind.points);
-  text.types = std::to_string(kind.plain);
-  const TetMesh plain = read_text(text.file());
-  text.types = std::to_string(kind.lagrange);
-  const TetMesh lagrange = read_text(text.file());
-  CHECK(lagrange.tets.size() == plain.tets.size());
-  if (kind.points != 6) CHECK(lagrange.tets == plain.tets);
-  // Of the points of another kind: of a higher order, or none.
-  text.types = kind.lagrange == 71 ? "72" : "71";
-  CHECK_THAT(failure_of_text(text.file()).message, Catch::Contains("cell of vtkLagrange"));
-}
-
-TEST_CASE("a Lagrange wedge of six points has its triangles the other way round than VTK's linear one", "[vtk]") {
-  VtuText text;
-  text.counts = R"(NumberOfPoints="6" NumberOfCells="1")";
-  text.points = array_text("NumberOfComponents=\"3\"", "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1");
-  text.connectivity = "0 1 2 3 4 5";
-  text.offsets = "6";
-  text.types = "73";
-  CHECK(examine(read_text(text.file())).volume == Approx(0.5));
-  text.types = "13";
-  CHECK(examine(read_text(text.file())).volume == Approx(-0.5));
-}
-
 TEST_CASE("polyhedra of a legacy file are refused, with what to do", "[vtk]") {
   CHECK_THAT(failure_of_text("# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
                              "0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 18\n17 4 3 0 2 1 3 0 1 3 3 1 2 3 3 2 0 3\n"
