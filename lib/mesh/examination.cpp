@@ -421,6 +421,7 @@ private:
 
   /// Of the boundary's: those so near to another that rounding has set them apart, going by the edges there.
   void check_near_points() {
+    using namespace vec;
     std::vector<double> shortest(out_.points.size(), std::numeric_limits<double>::infinity());
     for (const Face& face : out_.boundary.faces)
       for (std::size_t i = 0; i < 3; ++i) {

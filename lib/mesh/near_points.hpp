@@ -24,7 +24,7 @@ public:
   void each_before(std::uint32_t i, double distance, Visit&& visit) const {
     tree_.each_meeting(around(i, distance), [&](std::uint32_t j) {
       if (j >= i) return;
-      const double away = norm(points_[i] - points_[j]);
+      const double away = distance_between(i, j);
       if (away <= distance) visit(j, away);
     });
   }
@@ -36,13 +36,17 @@ public:
     const BoundingBox near = around(i, distance);
     tree_.each_where([&](const BoundingBox& box) { return !found && box.meets(near); }, i + 1,
                      [&](std::uint32_t j) {
-                       const double away = norm(points_[i] - points_[j]);
+                       const double away = distance_between(i, j);
                        if (away <= distance) found = away;
                      });
     return found;
   }
 
 private:
+  [[nodiscard]] double distance_between(std::uint32_t i, std::uint32_t j) const {
+    using namespace vec;
+    return norm(points_[i] - points_[j]);
+  }
   [[nodiscard]] BoundingBox around(std::uint32_t i, double distance) const {
     BoundingBox box;
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -186,6 +186,7 @@ std::uint64_t merge(TetMesh& mesh, std::vector<std::uint32_t> first) {
 
 /// Of the box of the tets' finite corners.
 double diagonal_of(const TetMesh& mesh) {
+  using namespace vec;
   BoundingBox box;
   for (const Tet& tet : mesh.tets)
     for (const VertexId v : tet) {
