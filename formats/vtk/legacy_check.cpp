@@ -370,11 +370,12 @@ private:
     }
   }
 
+  // Names and numbers, until a line is empty: which one that begins with a 0 byte is to VTK, too.
   void skip_metadata() {
     skip_line_end();
     std::string line;
-    while (std::getline(stream_, line) && line.find_first_not_of(" \r\t") != std::string::npos) {
-    }
+    while (std::getline(stream_, line) && line.find_first_not_of(" \r\t") != std::string::npos)
+      if (line.size() > 255 || line.find('\0') != std::string::npos) fail("has metadata that are no text");
   }
 
   std::string path_;

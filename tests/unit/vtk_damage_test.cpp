@@ -248,6 +248,9 @@ TEST_CASE("a second part of a piece is not passed over", "[vtk]") {
 }
 
 TEST_CASE("a legacy file that lies is bad input", "[vtk]") {
+  // VTK takes a line that begins with a 0 byte for an empty one, which ends metadata, and goes on with what follows.
+  const std::string hidden = std::string("METADATA\n") + '\0' + "\nFIELD FieldData 1\nf 1 4 flo";
+  CHECK_THAT(failure_of_text(legacy_text(hidden, ""), "m.vtk").message, Catch::EndsWith("metadata that are no text"));
   CHECK_THAT(failure_of_text(legacy_text("CELLS 1 5\n9 0 1 2 3", "CELL_TYPES 1\n10"), "m.vtk").message,
              Catch::Contains("cell 0 does not fit"));
   CHECK_THAT(failure_of_text(legacy_text("CELLS 2 5\n4 0 1 2 3", "CELL_TYPES 2\n10 10"), "m.vtk").message,
