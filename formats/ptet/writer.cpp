@@ -10,6 +10,7 @@
 #include "formats/ptet/transcript.hpp"
 #include "formats/whole_file.hpp"
 #include "mesh/rows.hpp"
+#include "mesh/utf8.hpp"
 #include "record/budget_rank.hpp"
 
 #include <algorithm>
@@ -548,6 +549,9 @@ void check_storable(const TetMesh& mesh) {
     if (array.name.find('\0') != std::string::npos)
       throw Error(ErrorCode::kBadInput, "the name of point array '" + array.name.substr(0, array.name.find('\0')) +
                                             "' goes on behind a zero byte, where other programs end it");
+    if (!is_utf8(array.name))
+      throw Error(ErrorCode::kBadInput,
+                  "the name of point array '" + as_utf8(array.name) + "' is not text in UTF-8, which a .ptet file has");
     if (!names.insert(array.name).second)
       throw Error(ErrorCode::kBadInput, "two point arrays are called '" + array.name + "'");
   }

@@ -3,6 +3,7 @@
 #include "formats/vtk/scalar_types.hpp"
 #include "formats/vtk/split_cell.hpp"
 #include "mesh/number_text.hpp"
+#include "mesh/utf8.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
@@ -184,7 +185,8 @@ void Assembler::add_points(vtkUnstructuredGrid& grid) {
   vtkPointData& data = *grid.GetPointData();
   for (int i = 0; i < data.GetNumberOfArrays(); ++i) {
     vtkAbstractArray& any = *data.GetAbstractArray(i);
-    const std::string given = any.GetName() ? any.GetName() : "";
+    const std::string as_read = any.GetName() ? any.GetName() : "", given = as_utf8(as_read);
+    if (given != as_read) note_once("the name of point array '" + given + "' is not UTF-8, and was read as Latin-1");
     if (given == vtkDataSetAttributes::GhostArrayName()) {
       count_ghost_points(any);
       continue;

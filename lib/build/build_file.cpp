@@ -10,6 +10,7 @@
 #include "formats/whole_file.hpp"
 #include "mesh/prepare.hpp"
 #include "mesh/topology.hpp"
+#include "mesh/utf8.hpp"
 #include "ptet/build.hpp"
 #include "ptet/error.hpp"
 #include "ptet/pieces_build.hpp"
@@ -75,8 +76,8 @@ Built collapse_all(Begun begun, const BuildOptions& options, const std::string& 
   built.records = build::build_records(prepared, options, report, progress, decided);
 
   built.manifest.tool_version = kVersion;
-  built.manifest.source_name = source_name;
-  built.manifest.source_hash = source_hash;
+  built.manifest.source_name = as_utf8(source_name);
+  built.manifest.source_hash = as_utf8(source_hash);
   built.manifest.options = build::describe_options(options, prepared, built.records.fields);
   built.manifest.notes = report.notes;
   if (options.keep_order) built.given = {std::move(prepared.original_vertex), std::move(begun.given_tets)};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace ptet {
@@ -24,6 +25,32 @@ namespace ptet {
     return in(1, low, high) && in(2, 0x80, 0xBF) && in(3, 0x80, 0xBF) ? 4 : 0;
   }
   return 0;
+}
+
+[[nodiscard]] constexpr bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+/// The text with each byte that is no UTF-8 taken as a character of Latin-1, as old programs write them.
+[[nodiscard]] inline std::string as_utf8(std::string_view text) {
+  std::string good;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    if (length == 0) {
+      const auto byte = static_cast<unsigned char>(text[0]); // 0x80 or above
+      good += {static_cast<char>(0xC0 | byte >> 6), static_cast<char>(0x80 | (byte & 0x3F))};
+      text.remove_prefix(1);
+    } else {
+      good += text.substr(0, length);
+      text.remove_prefix(length);
+    }
+  }
+  return good;
 }
 
 } // namespace ptet

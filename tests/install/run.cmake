@@ -37,10 +37,13 @@ step(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tests/install/c_only -B ${WORK_DIR}/c_onl
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/c_only)
 step(${WORK_DIR}/c_only/load_and_cut ${WORK_DIR}/block.ptet)
 
-# The run-time library by itself asks for nothing of the builder's.
+# The run-time library by itself, or as a part of another project, asks for nothing of the builder's.
+set(without_builder -DCMAKE_DISABLE_FIND_PACKAGE_CGAL=ON -DCMAKE_DISABLE_FIND_PACKAGE_OpenMesh=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_TBB=ON -DCMAKE_DISABLE_FIND_PACKAGE_VTK=ON -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON)
 step(${CMAKE_COMMAND} -S ${SOURCE_DIR} -B ${WORK_DIR}/run-time-only -G ${GENERATOR} ${options} -DPTET_BUILD_BUILDER=OFF
-     -DCMAKE_DISABLE_FIND_PACKAGE_CGAL=ON -DCMAKE_DISABLE_FIND_PACKAGE_OpenMesh=ON -DCMAKE_DISABLE_FIND_PACKAGE_TBB=ON
-     -DCMAKE_DISABLE_FIND_PACKAGE_VTK=ON -DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON)
+     ${without_builder})
+step(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tests/install/part -B ${WORK_DIR}/part -G ${GENERATOR} ${options}
+     -DSOURCE_DIR=${SOURCE_DIR} ${without_builder})
 
 # The examples, one of them in C, through CMake.
 step(${CMAKE_COMMAND} -S ${SOURCE_DIR}/tools/examples -B ${WORK_DIR}/examples -G ${GENERATOR} ${options})

@@ -76,6 +76,11 @@ inline TetMesh read_text(const std::string& text, ReadReport* report = nullptr) 
   return read_mesh(folder / "mesh.vtu", report);
 }
 
+inline bool has_note(const ReadReport& report, const std::string& part) {
+  return std::any_of(report.notes.begin(), report.notes.end(),
+                     [&](const std::string& note) { return note.find(part) != std::string::npos; });
+}
+
 inline std::string array_text(const std::string& name, const std::string& values, const std::string& more = {}) {
   return "<DataArray type=\"Float32\" " + name + " " + more + " format=\"ascii\">" + values + "</DataArray>";
 }

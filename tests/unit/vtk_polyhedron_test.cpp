@@ -188,11 +188,6 @@ Cells prism_over(const std::vector<std::array<double, 2>>& polygon) {
 
 const std::vector<std::array<double, 2>> kSquare = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
 
-bool has_note(const ReadReport& report, const std::string& part) {
-  return std::any_of(report.notes.begin(), report.notes.end(),
-                     [&](const std::string& note) { return note.find(part) != std::string::npos; });
-}
-
 /// In VTK's older layout, which a test may want wrong.
 std::string vtu_of_faces(const std::string& faces, const std::string& faceoffsets) {
   VtuText text;

@@ -1,6 +1,8 @@
 #include "formats/vtk/read.hpp"
 #include "formats/vtk/write.hpp"
 #include "mesh/scalar_dispatch.hpp"
+#include "ptet/build.hpp"
+#include "ptet/dataset.hpp"
 #include "ptet/error.hpp"
 #include "support/mesh_checks.hpp"
 #include "support/meshes.hpp"
@@ -516,4 +518,18 @@ TEST_CASE("the hash of an input is the XXH64 of its files", "[vtk]") {
   write_bytes(folder / "bc", "bc");
   CHECK(hash_input(folder / "a", {folder / "bc"}) == hash_input(folder / "abc"));
   CHECK_THROWS_AS(hash_input(folder / "a", {folder / "none"}), Error);
+}
+
+TEST_CASE("names of arrays that are not UTF-8 are read as Latin-1, and no file is built with others", "[vtk]") {
+  ReadReport report;
+  TetMesh mesh = read_text(legacy_text("CELLS 1 5\n4 0 1 2 3", "CELL_TYPES 1\n10",
+                                       "POINT_DATA 4\nSCALARS Temp\xE9rature float\nLOOKUP_TABLE default\n1 2 3 4\n"),
+                           &report);
+  CHECK(mesh.point_arrays.front().name == "Temp\xC3\xA9rature");
+  CHECK(has_note(report, "not UTF-8, and was read as Latin-1"));
+  mesh.point_arrays.front().name = "Temp\xE9rature";
+  CHECK_THROWS_WITH(build_memory(mesh, {}), Catch::Contains("Temp\xC3\xA9rature' is not text in UTF-8"));
+  mesh.point_arrays.front().name = "t";
+  const auto dataset = Dataset::open_memory(build_memory(mesh, {}, nullptr, "caf\xE9.vtu"));
+  CHECK(dataset->info().provenance_json.find("caf\xC3\xA9.vtu") != std::string::npos);
 }

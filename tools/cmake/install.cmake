@@ -11,7 +11,7 @@ if(TARGET ptet_build)
   list(APPEND ptet_parts build)
   list(APPEND ptet_packages ptet-build)
 else()
-  set(ptet_without_builder PATTERN "*build.h*" EXCLUDE)
+  set(ptet_without_builder REGEX "/(build|pieces_build|ptet_build|validate|weld)\\.hp*$" EXCLUDE)
 endif()
 
 install(DIRECTORY lib/include/ptet DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp"

@@ -210,7 +210,8 @@ struct BuildReport {
 /// renamed: under `path` there is the old file or the whole new one.
 ///
 /// Returns the report of the build.
-/// `source_name` and `source_hash` go into the manifest as provenance; either may be empty.
+/// `source_name` and `source_hash` go into the manifest as provenance; either may be empty. Bytes in them that are not
+/// UTF-8 are read as Latin-1.
 /// Throws Error: kBadArgument (options, a checkpoint of another build), kBadInput (mesh, fields), kCorruptFile (the
 /// checkpoint), kIo, kLimit, kCancelled. Nothing is left behind but a checkpoint that was asked for.
 /// Thread rule: uses options.threads threads. Same input and options: same bytes.

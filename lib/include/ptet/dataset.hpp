@@ -51,7 +51,9 @@ struct DatasetInfo {
   std::uint64_t records = 0;       ///< vertex splits: what leads from the base mesh to the original
   std::uint64_t blocks = 0;        ///< in which records are stored and read
   std::uint64_t file_bytes = 0;
-  std::uint64_t memory_for_all = 0; ///< Limits::max_bytes with which all blocks fit: an estimate, rather high
+  /// Limits::max_bytes with which all blocks fit: an estimate of the most that reading all of them, an extraction of
+  /// the whole mesh and a session take at once, rather high. What is held once all is read is some quarter of it.
+  std::uint64_t memory_for_all = 0;
   ScalarType position_type = ScalarType::kFloat32;
   bool has_input_order = false;   ///< see Request::input_order
   bool errors_are_bounds = false; ///< false: errors are those that the build has seen, and true ones may be larger

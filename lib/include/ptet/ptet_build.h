@@ -97,7 +97,8 @@ ptet_status ptet_builder_set_weld_within(ptet_builder* builder, double distance,
 /* Not 0: also keep in what order vertices, tets and their corners stand, so that they come back in it
  * (ptet_request_set_input_order). Takes some 2 bytes a vertex and up to 3 a tet, 4 of very large meshes. At first 0. */
 ptet_status ptet_builder_set_keep_order(ptet_builder* builder, int32_t keep_order, ptet_error** error);
-/* Name and hash of where the mesh comes from, kept in the file as they are; either may be NULL. */
+/* Name and hash of where the mesh comes from, kept in the file as they are, but for bytes that
+ * are not UTF-8: these are read as Latin-1. Either may be NULL. */
 ptet_status ptet_builder_set_source(ptet_builder* builder, const char* name, const char* hash, ptet_error** error);
 
 /* ---- The build. The builder stays as it is, and can build again. ---- */

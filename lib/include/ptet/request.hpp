@@ -117,7 +117,8 @@ struct Request {
   /// Two answers to such a request need not be the same.
   ///
   /// Session::update leaves to the next update what it has not done, and comes to the same mesh in the end. It reads as
-  /// many blocks as seem to fit the time, but at least one (unless another thread is reading), then splits and
+  /// many blocks as seem to fit the time, but at least one, with those that it depends on (unless another thread is
+  /// reading): in a large file of which nothing has been read, some ten blocks and ms. Then it splits and
   /// collapses, looking at the clock every 64 records: these get at least half of the time, however long reading took.
   /// Not bounded: finding the cut among the records in memory, and reading where memory is limited
   /// (OpenOptions::memory_limit). With OpenOptions::background it reads nothing itself, but may have to wait while the

@@ -82,8 +82,8 @@ public:
   /// may throw kBadArgument.
   /// Cost: proportional to what differs from the last request, and to the records of blocks of which the request wants
   /// some and not others; where a budget of size ends before them these are not looked at.
-  /// Allocates memory only to read, where the mesh grows beyond what it ever was, where it is renumbered, and where
-  /// origins are asked for first.
+  /// Allocates memory only to read, where the mesh grows beyond what it was since it was last renumbered, which gives
+  /// memory back, where it is renumbered, and where origins are asked for first.
   const SessionUpdate& update(const Request& request, const ProgressCallback& progress = {});
 
   // The mesh by slots, valid until the next update. In unused slots all corners are kUnused, vertices and records none.

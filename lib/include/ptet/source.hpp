@@ -31,7 +31,8 @@ public:
 /// that states larger counts than its bytes can hold is refused.
 struct Limits {
   /// Memory for what opening holds for good (a bounded number of bytes for each vertex of the original, and the base
-  /// mesh) and for decoded blocks. Blocks that do not fit make answers coarser, see LimitedBy::kMemory.
+  /// mesh) and for decoded blocks, counted with what an extraction and a session take besides: rather high, see
+  /// DatasetInfo::memory_for_all. Blocks that do not fit make answers coarser, see LimitedBy::kMemory.
   std::uint64_t max_bytes = std::uint64_t{1} << 35;
   std::uint64_t max_vertices = std::uint64_t{1} << 30; ///< of the original
   std::uint64_t max_tets = std::uint64_t{1} << 32;     ///< of the original

@@ -1,4 +1,5 @@
-// What a mesh is: counts, defects with examples, topology of the domain. Nothing is repaired here.
+// What a mesh is: counts, defects with examples, topology of the domain. Nothing is repaired here. In
+// ptet::build.
 #pragma once
 
 #include "ptet/mesh.hpp"

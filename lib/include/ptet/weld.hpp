@@ -1,4 +1,4 @@
-// Points that stand more than once in a mesh, made one.
+// Points that stand more than once in a mesh, made one. In ptet::build.
 #pragma once
 
 #include "ptet/bounds.hpp"
