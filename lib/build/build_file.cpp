@@ -51,12 +51,19 @@ Begun begin(TetMesh mesh, const BuildOptions& options, const ProgressCallback& p
   (void)memory.check(build::count(mesh, options)); // its boundary takes some more
   std::optional<std::uint64_t> welded;
   if (options.weld) {
-    if (progress && !progress({"welding points", 0, 1})) throw Error(ErrorCode::kCancelled, "the build was cancelled");
-    welded = weld_points(mesh, *options.weld);
+    welded = weld_points(mesh, *options.weld, progress);
   }
   std::vector<Tet> given_tets = options.keep_order ? mesh.tets : std::vector<Tet>{};
-  Begun begun{build::Threads(options.threads).run([&] { return prepare(std::move(mesh), progress); }),
-              std::move(given_tets)};
+  const auto prepared = [&] {
+    try {
+      return prepare(std::move(mesh), progress);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kBadInput || welded.value_or(0) == 0) throw;
+      throw Error(error.code(), error.what() + std::string(" (once ") + welding_note(*welded, *options.weld) +
+                                    "; numbers are those of the welded mesh)");
+    }
+  };
+  Begun begun{build::Threads(options.threads).run(prepared), std::move(given_tets)};
   if (welded) begun.prepared.notes.insert(begun.prepared.notes.begin(), welding_note(*welded, *options.weld));
   build::release_freed_memory();
   begun.foreseen_memory_bytes = memory.check(build::count(begun.prepared, options));

@@ -79,7 +79,7 @@ std::string value_of(const std::vector<std::pair<std::string, std::string>>& opt
 std::string difference(const BuildIdentity& stored, const BuildIdentity& wanted) {
   if (stored.program != wanted.program)
     return "it was written by another program, " + stored.program + "; this is " + wanted.program;
-  if (stored.mesh != wanted.mesh) return "it is of another mesh";
+  if (stored.mesh != wanted.mesh) return "it is of another mesh, or of one whose points were welded otherwise";
   for (const auto* options : {&stored.options, &wanted.options})
     for (const auto& [name, value] : *options) {
       const std::string before = value_of(stored.options, name);

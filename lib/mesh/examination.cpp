@@ -72,6 +72,11 @@ private:
   std::string list_;
 };
 
+/// The power of ten at or below, "1e-16".
+std::string brief_power(double x) {
+  return number_text(std::pow(10, std::floor(std::log10(x))));
+}
+
 class Examiner {
 public:
   Examiner(const TetMesh& mesh, const ProgressCallback& progress) : mesh_(mesh), progress_(progress) {}
@@ -379,6 +384,16 @@ private:
   /// Of coordinates as they are stored, twice over: middles of edges, for one, are computed.
   [[nodiscard]] double rounding() const { return mesh_.positions.type == ScalarType::kFloat32 ? 0x1p-23 : 0x1p-50; }
 
+  /// The same, but of float32 where coordinates were that before they were stored as float64.
+  [[nodiscard]] double rounding_of_coordinates() const {
+    const bool are_floats = std::all_of(out_.points.begin(), out_.points.end(), [](const Point& p) {
+      return std::all_of(p.begin(), p.end(), [](double x) {
+        return !(std::abs(x) < 1e38) || static_cast<double>(static_cast<float>(x)) == x;
+      });
+    });
+    return are_floats ? 0x1p-23 : rounding();
+  }
+
   static Face sorted(Face face) {
     std::sort(face.begin(), face.end());
     return face;
@@ -430,27 +445,30 @@ private:
         shortest[a] = std::min(shortest[a], length);
         shortest[b] = std::min(shortest[b], length);
       }
-    std::vector<std::uint32_t> vertices; // one for each place
+    // One for each place, of the shortest edge there.
+    std::vector<std::uint32_t> vertices;
     for (std::uint32_t v = 0; v < out_.points.size(); ++v)
       if (std::isfinite(shortest[v])) vertices.push_back(v);
     std::sort(vertices.begin(), vertices.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return std::tie(out_.points[a], a) < std::tie(out_.points[b], b);
+      return std::tie(out_.points[a], shortest[a], a) < std::tie(out_.points[b], shortest[b], b);
     });
     vertices.erase(std::unique(vertices.begin(), vertices.end(),
                                [&](std::uint32_t a, std::uint32_t b) { return out_.points[a] == out_.points[b]; }),
                    vertices.end());
     std::vector<Point> points;
-    points.reserve(vertices.size());
-    for (const std::uint32_t v : vertices)
-      points.push_back(out_.points[v]);
+    std::vector<double> distances;
+    const double last_place = 2 * rounding_of_coordinates();
+    for (const std::uint32_t v : vertices) {
+      const Point& p = points.emplace_back(out_.points[v]);
+      const double rounded = last_place * std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+      distances.push_back(std::clamp(rounded, kLeastOfEdge * shortest[v], kMostOfEdge * shortest[v]));
+    }
     const NearPoints all(std::move(points));
     double farthest = 0;
     std::vector<std::uint32_t> near;
     for (std::uint32_t i = 0; i < all.size(); ++i) {
-      const Point& p = out_.points[vertices[i]];
-      const double rounded = 2 * rounding() * std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
-      const double edge = shortest[vertices[i]];
-      const auto distance = all.any_after(i, std::clamp(rounded, kLeastOfEdge * edge, kMostOfEdge * edge));
+      const auto distance =
+          all.any_after(i, distances[i], [&](std::uint32_t j, double away) { return away <= distances[j]; });
       if (!distance) continue;
       farthest = std::max(farthest, *distance);
       near.push_back(vertices[i]);
@@ -461,9 +479,9 @@ private:
       tally.add(std::uint64_t{v});
     report(tally, "near-points", Severity::kNote, "boundary vertex that is hardly apart from another",
            "boundary vertices that are hardly apart from others",
-           "by " + number_text(farthest) +
-               " at most, and kept so; where parts of the mesh were computed one by one "
-               "and should meet, ptet build --weld-within makes one of those");
+           "by some " + brief_power(farthest) +
+               ", and kept so; where parts of the mesh were computed one by one and should meet, ptet build "
+               "--weld-within makes one of those with values as near");
   }
 
   void check_arrays() {

@@ -18,26 +18,16 @@ public:
 
   [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(points_.size()); }
 
-  /// Calls `visit(j, d)` for each point j < i that is d <= `distance` away from point i; always in the same order.
+  /// How far a point j > i is away that is no farther than `distance` and that `takes(j, d)` takes, if there is one.
   /// Thread rule: const.
-  template <class Visit>
-  void each_before(std::uint32_t i, double distance, Visit&& visit) const {
-    tree_.each_meeting(around(i, distance), [&](std::uint32_t j) {
-      if (j >= i) return;
-      const double away = distance_between(i, j);
-      if (away <= distance) visit(j, away);
-    });
-  }
-
-  /// How far a point j > i is away that is no farther than `distance`, if there is one. Thread rule:
-  /// const.
-  [[nodiscard]] std::optional<double> any_after(std::uint32_t i, double distance) const {
+  template <class Takes>
+  [[nodiscard]] std::optional<double> any_after(std::uint32_t i, double distance, Takes&& takes) const {
     std::optional<double> found;
     const BoundingBox near = around(i, distance);
     tree_.each_where([&](const BoundingBox& box) { return !found && box.meets(near); }, i + 1,
                      [&](std::uint32_t j) {
                        const double away = distance_between(i, j);
-                       if (away <= distance) found = away;
+                       if (away <= distance && takes(j, away)) found = away;
                      });
     return found;
   }

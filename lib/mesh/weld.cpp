@@ -1,17 +1,25 @@
 #include "ptet/weld.hpp"
 
-#include "mesh/near_points.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/number_text.hpp"
+#include "mesh/predicates.hpp"
 #include "mesh/rows.hpp"
 #include "mesh/topology.hpp"
 #include "mesh/vec3.hpp"
 #include "ptet/error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <limits>
 #include <numeric>
+#include <optional>
+#include <unordered_map>
 #include <vector>
+
+#include <boost/container_hash/hash.hpp>
 
 namespace ptet {
 namespace {
@@ -56,6 +64,11 @@ std::vector<std::uint32_t> find_firsts(const TetMesh& mesh) {
 
 /// The largest distance that is one of rounding, and not of shape, as a part of the diagonal.
 constexpr double kFarthest = 1e-3;
+/// No more points are looked at for one: where as many stay in one place, as a pile with values of their own does, they
+/// are no seam.
+constexpr std::size_t kMostNear = 1024;
+/// Some tenths of a second of work.
+constexpr std::size_t kBetweenLooks = 0x10000;
 
 /// Where the points are that may be welded over a distance: the vertices of boundary faces. Inside of a mesh none lies
 /// so near to another but by what it is made of.
@@ -83,75 +96,139 @@ std::vector<std::uint32_t> boundary_vertices(const TetMesh& mesh) {
   return found;
 }
 
-/// By vertex: the one that it becomes. Taken in the order of their ids, each becomes the nearest of those that stayed
-/// within the distance and with values as near; none such, and it stays. So no chain of points becomes one.
-class NearFirsts {
+/// Points by the cells of a grid.
+class PointGrid {
 public:
-  NearFirsts(const TetMesh& mesh, double distance, double share) : mesh_(mesh), distance_(distance) {
-    largest_difference_.reserve(mesh.point_arrays.size());
-    for (const PointArray& array : mesh.point_arrays)
-      largest_difference_.push_back(is_floating(array.type) ? share * largest_range(array) : 0);
-  }
+  /// `distance`: that each_near() looks for; `largest`: of all coordinates, so that cells have numbers.
+  PointGrid(double distance, double largest) : size_(std::max(distance, 0x1p-48 * largest)) {}
 
-  [[nodiscard]] std::vector<std::uint32_t> find() const {
-    std::vector<std::uint32_t> first(mesh_.vertex_count());
-    std::iota(first.begin(), first.end(), 0U);
-    const std::vector<std::uint32_t> vertices = boundary_vertices(mesh_);
-    std::vector<Point> points;
-    points.reserve(vertices.size());
-    for (const std::uint32_t v : vertices)
-      points.push_back(mesh_.position(VertexId{v}));
-    const NearPoints all(std::move(points));
-    for (std::uint32_t i = 0; i < all.size(); ++i) {
-      const std::uint32_t v = vertices[i];
-      double nearest = distance_;
-      all.each_before(i, distance_, [&](std::uint32_t j, double distance) {
-        const std::uint32_t other = vertices[j];
-        if (first[other] != other) return;
-        const bool is_nearer = distance < nearest || (distance == nearest && (first[v] == v || other < first[v]));
-        if (!is_nearer || !has_values_of(v, other)) return;
-        nearest = distance;
-        first[v] = other;
-      });
-    }
-    return first;
+  void add(std::uint32_t v, const Point& p) { cells_[cell_of(p)].push_back(v); }
+  /// Calls `visit(v)` for each point in the cell of `p` and those around it, as long as it returns true.
+  template <class Visit>
+  void each_near(const Point& p, Visit&& visit) const {
+    const Cell middle = cell_of(p);
+    for (std::int64_t x = -1; x <= 1; ++x)
+      for (std::int64_t y = -1; y <= 1; ++y)
+        for (std::int64_t z = -1; z <= 1; ++z) {
+          const auto found = cells_.find({middle[0] + x, middle[1] + y, middle[2] + z});
+          if (found == cells_.end()) continue;
+          for (const std::uint32_t v : found->second)
+            if (!visit(v)) return;
+        }
   }
 
 private:
-  /// Of finite values, over all components.
-  static double largest_range(const PointArray& array) {
-    double range = 0;
+  using Cell = std::array<std::int64_t, 3>;
+  [[nodiscard]] Cell cell_of(const Point& p) const {
+    Cell cell{};
+    std::transform(p.begin(), p.end(), cell.begin(),
+                   [&](double x) { return static_cast<std::int64_t>(std::floor(x / size_)); });
+    return cell;
+  }
+
+  double size_;
+  std::unordered_map<Cell, std::vector<std::uint32_t>, boost::hash<Cell>> cells_;
+};
+
+/// How far apart the values of an array may be that are one but for rounding.
+class ValueTolerance {
+public:
+  ValueTolerance(const PointArray& array, const std::vector<char>& used, double share) : array_(&array) {
+    if (array.type != ScalarType::kFloat32 && array.type != ScalarType::kFloat64) return;
+    double range = 0, largest = 0;
     for (std::uint32_t c = 0; c < array.components; ++c) {
       double least = std::numeric_limits<double>::infinity(), greatest = -least;
-      for (std::size_t row = 0; row < array.bytes.size() / array.row_bytes(); ++row) {
+      for (std::size_t row = 0; row < used.size(); ++row) {
         const double x = array.value(row, c);
-        if (!std::isfinite(x)) continue;
+        if (used[row] == 0 || !std::isfinite(x)) continue;
         least = std::min(least, x);
         greatest = std::max(greatest, x);
       }
       range = std::max(range, greatest - least);
+      largest = std::max({largest, std::abs(least), std::abs(greatest)});
     }
-    return range;
-  }
-  [[nodiscard]] bool has_values_of(std::uint32_t a, std::uint32_t b) const {
-    for (std::size_t i = 0; i < mesh_.point_arrays.size(); ++i) {
-      const PointArray& array = mesh_.point_arrays[i];
-      if (compare_rows(array, a, b) == 0) continue;
-      if (!is_floating(array.type)) return false;
-      for (std::uint32_t c = 0; c < array.components; ++c) {
-        const double x = array.value(a, c), y = array.value(b, c);
-        if (!(x == y || (std::isnan(x) && std::isnan(y)) || std::abs(x - y) <= largest_difference_[i])) return false;
-      }
-    }
-    return true;
+    if (!std::isfinite(largest)) return; // no value is
+    const double last_place = array.type == ScalarType::kFloat32 ? 0x1p-23 : 0x1p-52;
+    most_ = std::max(std::isfinite(range) ? share * range : 0, last_place * largest);
   }
 
-  static bool is_floating(ScalarType type) { return type == ScalarType::kFloat32 || type == ScalarType::kFloat64; }
+  [[nodiscard]] bool takes(std::uint32_t a, std::uint32_t b) const {
+    if (compare_rows(*array_, a, b) == 0) return true;
+    for (std::uint32_t c = 0; most_ && c < array_->components; ++c) {
+      const double x = array_->value(a, c), y = array_->value(b, c);
+      if (!(x == y || (std::isnan(x) && std::isnan(y)) || std::abs(x - y) <= *most_)) return false;
+    }
+    return most_.has_value();
+  }
 
-  const TetMesh& mesh_;
-  double distance_;
-  std::vector<double> largest_difference_; ///< by point array
+private:
+  const PointArray* array_;
+  std::optional<double> most_; ///< none: the rows must be equal
 };
+
+/// By vertex: the one that it becomes. Taken in the order of their ids, each becomes the nearest of those that stayed
+/// within the distance and with values as near; none such, and it stays. So no chain of points becomes one.
+std::vector<std::uint32_t> find_near_firsts(const TetMesh& mesh, double distance, double share,
+                                            const std::function<void()>& look) {
+  using namespace vec;
+  std::vector<std::uint32_t> first(mesh.vertex_count());
+  std::iota(first.begin(), first.end(), 0U);
+  const std::vector<std::uint32_t> vertices = boundary_vertices(mesh);
+  look();
+  std::vector<char> used(mesh.vertex_count());
+  for (const Tet& tet : mesh.tets)
+    for (const VertexId v : tet)
+      used[v.index()] = 1;
+  std::vector<ValueTolerance> tolerances;
+  tolerances.reserve(mesh.point_arrays.size());
+  for (const PointArray& array : mesh.point_arrays)
+    tolerances.emplace_back(array, used, share);
+  look();
+  double largest = 0;
+  for (const std::uint32_t v : vertices)
+    for (const double x : mesh.position(VertexId{v}))
+      largest = std::max(largest, std::abs(x));
+  PointGrid stayed(distance, largest);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (i % kBetweenLooks == 0) look();
+    const std::uint32_t v = vertices[i];
+    const Point p = mesh.position(VertexId{v});
+    double nearest = distance;
+    std::size_t left = kMostNear;
+    stayed.each_near(p, [&](std::uint32_t other) {
+      const double away = norm(p - mesh.position(VertexId{other}));
+      const bool is_nearer = away < nearest || (away == nearest && (first[v] == v || other < first[v]));
+      if (is_nearer && std::all_of(tolerances.begin(), tolerances.end(),
+                                   [&](const ValueTolerance& tolerance) { return tolerance.takes(v, other); })) {
+        nearest = away;
+        first[v] = other;
+      }
+      return --left > 0;
+    });
+    if (first[v] == v) stayed.add(v, p);
+  }
+  return first;
+}
+
+/// Where a tet would turn over or become flat, its corners stay where they are.
+void keep_orientations(const TetMesh& mesh, std::vector<std::uint32_t>& first, const std::function<void()>& look) {
+  for (bool is_changed = true; is_changed;) {
+    is_changed = false;
+    look();
+    for (const Tet& tet : mesh.tets) {
+      if (std::all_of(tet.begin(), tet.end(), [&](VertexId v) { return first[v.index()] == v.index(); })) continue;
+      std::array<Point, 4> was, is;
+      for (std::size_t i = 0; i < 4; ++i) {
+        was[i] = mesh.position(tet[i]);
+        is[i] = mesh.position(VertexId{first[tet[i].index()]});
+      }
+      if (orientation(was[0], was[1], was[2], was[3]) == orientation(is[0], is[1], is[2], is[3])) continue;
+      for (const VertexId v : tet)
+        first[v.index()] = v.index();
+      is_changed = true;
+    }
+  }
+}
 
 /// Points of which a tet has two stay apart, with all that are like them.
 void keep_tets(const TetMesh& mesh, std::vector<std::uint32_t>& first) {
@@ -165,8 +242,7 @@ void keep_tets(const TetMesh& mesh, std::vector<std::uint32_t>& first) {
 }
 
 /// Lets each vertex be the first of its like; returns how many went.
-std::uint64_t merge(TetMesh& mesh, std::vector<std::uint32_t> first) {
-  keep_tets(mesh, first);
+std::uint64_t merge(TetMesh& mesh, const std::vector<std::uint32_t>& first) {
   std::vector<VertexId> kept;
   std::vector<std::uint32_t> renumbered(first.size());
   for (std::uint32_t v = 0; v < first.size(); ++v) {
@@ -203,8 +279,11 @@ std::string welding_note(std::uint64_t points, const Bound& within) {
          (within.value > 0 ? "nearly " : "") + "the same place and values";
 }
 
-std::uint64_t weld_points(TetMesh& mesh, const Bound& within) {
+std::uint64_t weld_points(TetMesh& mesh, const Bound& within, const ProgressCallback& progress) {
   if (!is_whole(mesh)) return 0;
+  const auto look = [&] {
+    if (progress && !progress({"welding points", 0, 1})) throw Error(ErrorCode::kCancelled, "cancelled");
+  };
   const double diagonal = within.value != 0 && mesh.positions.components == 3 ? diagonal_of(mesh) : 0;
   const double distance = within.absolute(diagonal);
   if (diagonal > 0 && !(distance >= 0 && distance <= kFarthest * diagonal))
@@ -212,9 +291,17 @@ std::uint64_t weld_points(TetMesh& mesh, const Bound& within) {
                                              " apart are not so by rounding: they are welded within a thousandth of "
                                              "the diagonal at most, which is " +
                                              number_text(kFarthest * diagonal));
-  std::uint64_t gone = merge(mesh, find_firsts(mesh));
-  if (diagonal > 0 && std::isfinite(distance))
-    gone += merge(mesh, NearFirsts(mesh, distance, distance / diagonal).find());
+  look();
+  std::vector<std::uint32_t> first = find_firsts(mesh);
+  keep_tets(mesh, first);
+  look();
+  std::uint64_t gone = merge(mesh, first);
+  if (!(diagonal > 0 && distance > 0 && std::isfinite(distance))) return gone;
+  look();
+  first = find_near_firsts(mesh, distance, distance / diagonal, look);
+  keep_tets(mesh, first);
+  keep_orientations(mesh, first, look);
+  gone += merge(mesh, first);
   return gone;
 }
 

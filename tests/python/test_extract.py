@@ -339,6 +339,14 @@ class Exchange(unittest.TestCase):
             with self.assertRaisesRegex(ptet.InputError, "1 cells are no tetrahedra"):
                 ptet.from_vtk(mixed)
 
+    def test_what_is_no_grid_is_refused(self):
+        try:
+            from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+        except ImportError:
+            self.skipTest("VTK's Python modules are not here")
+        for wrong in None, vtkImageData(), vtkPolyData():
+            self.assertRaisesRegex(ptet.ArgumentError, "vtkUnstructuredGrid is wanted", ptet.from_vtk, wrong)
+
     def test_ghost_cells_of_vtk_are_left_out(self):
         try:
             from vtkmodules.util.numpy_support import numpy_to_vtk

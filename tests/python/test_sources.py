@@ -42,6 +42,14 @@ class Sources(unittest.TestCase):
     def check(self, data):
         np.testing.assert_array_equal(data.extract(error="2%").tets, self.wanted.tets)
 
+    def test_what_a_source_raises_comes_after_nothing_else(self):
+        class Broken(Reader):
+            def read(self, offset, size):
+                raise OSError("no such host")
+        with self.assertRaisesRegex(ptet.FileError, "no such host") as caught:
+            ptet.open(Broken())
+        self.assertIsNone(caught.exception.__context__)
+
     def test_paths(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "ä.ptet"

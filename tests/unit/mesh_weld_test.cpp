@@ -247,6 +247,92 @@ TEST_CASE("welding over a distance: no chains, no whole numbers, no shapes", "[w
   CHECK_THROWS_AS(build_memory(chain(1e-10), options), Error);
 }
 
+TEST_CASE("welding over a distance: thin parts are not closed", "[weld]") {
+  // A plate of two layers, as thick as two thirds of the distance: no tet has points of both sides.
+  TetMesh plate = make_mesh({}, {}, ScalarType::kFloat64);
+  const TetMesh block = test::grid({{6, 6, 2}, {}, 0, 1});
+  for (std::uint32_t v = 0; v < block.vertex_count(); ++v) {
+    const Point p = block.position(VertexId{v});
+    append(plate.positions, {p[0], p[1], 1e-3 * p[2]});
+  }
+  plate.tets = block.tets;
+  const TetMesh before = plate;
+  CHECK(weld_points(plate, {4.8e-2, false}) == 0);
+  CHECK(plate.tets == before.tets);
+}
+
+TEST_CASE("welding over a distance: values are near by the range of those that tets have", "[weld]") {
+  // A thousandth of the range apart, where a millionth was asked for; and in the last place of their type.
+  const auto pair = [](float value, std::vector<float> others) {
+    TetMesh mesh = make_mesh(
+        {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1e-9, 0, 0}, {1, 1e-9, 0}, {1e-9, 1, 0}, {0, 0, -1}, {5, 5, 5}},
+        {{0, 1, 2, 3}, {4, 6, 5, 7}}, ScalarType::kFloat64);
+    PointArray array{"f", ScalarType::kFloat32, 1, {}};
+    std::vector<float> values = {1, 1, 1, others[0], value, value, value, others[1], others[2]};
+    array.resize(values.size());
+    std::copy_n(reinterpret_cast<const std::byte*>(values.data()), array.bytes.size(), array.bytes.begin());
+    mesh.point_arrays.push_back(array);
+    return mesh;
+  };
+  TetMesh apart = pair(1.001F, {2, 1, 1}), with_fill = pair(1.001F, {2, 1, 1e30F}),
+          last_place = pair(1 + 0x1p-23F, {2, 1, 1});
+  CHECK(weld_points(apart, {1e-6, false}) == 0);
+  CHECK(weld_points(with_fill, {1e-6, false}) == 0);
+  CHECK(weld_points(last_place, {1e-8, false}) == 3);
+  TetMesh far = pair(-3e38F, {3e38F, 1, 1});
+  CHECK(weld_points(far, {1e-6, false}) == 0);
+}
+
+TEST_CASE("welding over a distance: a pile takes no more than its size, and who waits is asked", "[weld]") {
+  // Tets with a tip in one place each, nearly, whose values differ.
+  TetMesh pile = make_mesh({}, {}, ScalarType::kFloat64);
+  PointArray values{"f", ScalarType::kFloat64, 1, {}};
+  constexpr std::uint32_t kTets = 20'000;
+  for (std::uint32_t t = 0; t < kTets; ++t) {
+    const double x = t;
+    append(pile.positions, {1e-12 * x, 0, 0});
+    append(pile.positions, {x, 1, 1});
+    append(pile.positions, {x + 0.5, 1, 1});
+    append(pile.positions, {x, 1.5, 1});
+    pile.tets.push_back({VertexId{4 * t}, VertexId{4 * t + 1}, VertexId{4 * t + 3}, VertexId{4 * t + 2}});
+    for (int i = 0; i < 4; ++i) {
+      const double value = x + i;
+      const auto* const bytes = reinterpret_cast<const std::byte*>(&value);
+      values.bytes.insert(values.bytes.end(), bytes, bytes + sizeof value);
+    }
+  }
+  pile.point_arrays.push_back(values);
+  const TetMesh before = pile;
+  int asked = 0;
+  CHECK(weld_points(pile, {1e-6, false}, [&](const Progress&) { return ++asked > 0; }) == 0);
+  CHECK(asked > 4);
+  for (int at = 1; at <= 5; ++at) {
+    int left = at;
+    CHECK_THROWS_AS(weld_points(pile, {1e-6, false}, [&](const Progress&) { return --left > 0; }), Error);
+    CHECK(pile.tets == before.tets);
+  }
+}
+
+TEST_CASE("near points are found whichever way round a mesh lies, and by the type that coordinates had", "[weld]") {
+  // A large tet and a small one beside it, as far as half its edges: not by rounding; and two that touch but for that.
+  for (const double sign : {1.0, -1.0}) {
+    const auto two = [&](double edge, double gap, double at) {
+      std::vector<Point> points = {{at, 0, 0},          {at + 1, 0, 0},      {at, 1, 0},
+                                   {at, 0, 1},          {at - gap, 0, 0},    {at - gap - edge, 0, 0},
+                                   {at - gap, edge, 0}, {at - gap, 0, -edge}};
+      for (Point& p : points)
+        for (double& x : p)
+          x *= sign;
+      return make_mesh(points, {{0, 1, 2, 3}, {4, 5, 6, 7}}, ScalarType::kFloat64);
+    };
+    CHECK(!finding(validate(two(1e-6, 5e-7, 0)), "near-points"));
+    CHECK(finding(validate(two(1, 5e-7, 0)), "near-points"));
+    // One place of a float32, in doubles.
+    CHECK(finding(validate(two(0.125, 0x1p-20, 8)), "near-points"));
+    CHECK(!finding(validate(two(0.125, 0x1p-20, 8 + 0x1p-40)), "near-points"));
+  }
+}
+
 TEST_CASE("welding: what is no mesh is left as it is", "[weld]") {
   TetMesh short_array = two_parts({1, 2, 3, 4, 3, 1, 5, 2});
   short_array.point_arrays[0].bytes.pop_back();

@@ -87,7 +87,7 @@ MeasuredMesh load(const std::string& path, const std::optional<Bound>& weld, Pro
   side.path = path;
   progress.stage("reading");
   side.mesh = read_mesh(path, &side.read, progress.callback());
-  if (weld) side.read.notes.push_back(welding_note(weld_points(side.mesh, *weld), *weld));
+  if (weld) side.read.notes.push_back(welding_note(weld_points(side.mesh, *weld, progress.callback()), *weld));
   side.found = examine(side.mesh, progress.callback());
   side.report = report_on(side.mesh, side.found);
   check_usable(side);

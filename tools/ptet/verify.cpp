@@ -148,7 +148,8 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   TetMesh original = read_mesh(*arguments.original, &read, progress.callback());
   add_reading_notes(*arguments.original, read, outcome.notes);
   if (const auto within = verified.reader->manifest().welded_within())
-    outcome.notes.push_back("as in the build, " + welding_note(weld_points(original, *within), *within));
+    outcome.notes.push_back("as in the build, " +
+                            welding_note(weld_points(original, *within, progress.callback()), *within));
   const std::string& expected = verified.reader->manifest().source_hash;
   if (!expected.empty() && hash_input(*arguments.original, read.more_files, progress.callback()) != expected) {
     outcome.notes.push_back("'" + *arguments.original +

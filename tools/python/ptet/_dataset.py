@@ -269,6 +269,14 @@ def _size_of(source: Any) -> int:
     return as_whole(size, 0, 2**63 - 1, "the source's size", "a number of bytes")
 
 
+def _as_bytes(source: object) -> memoryview | None:
+    """The memory of what has bytes; None of other objects."""
+    try:
+        return memoryview(source)  # type: ignore[arg-type]
+    except TypeError:
+        return None
+
+
 def open(source: Source, *, memory_limit: int = 0, background: bool = False, max_gap: int = 0,
          max_bytes: int | None = None, max_vertices: int | None = None, max_tets: int | None = None,
          salvage: bool = False) -> Dataset:
@@ -306,12 +314,10 @@ def open(source: Source, *, memory_limit: int = 0, background: bool = False, max
                 raise
             raise MissingFileError(str(error)) from None
         return Dataset(core, salvage)
-    try:
-        view = memoryview(source)  # type: ignore[arg-type]
-    except TypeError:
+    view = _as_bytes(source)
+    if view is None:
         if not (callable(getattr(source, "read", None)) and hasattr(source, "size")):
-            raise ArgumentError(f"{source!r} is neither a path nor bytes, nor has it read(offset, size) and "
-                                "size") from None
+            raise ArgumentError(f"{source!r} is neither a path nor bytes, nor has it read(offset, size) and size")
         return Dataset(_core.open_reader(source.read, _size_of(source), options), salvage)  # type: ignore[union-attr]
     if not view.c_contiguous:
         raise ArgumentError("the bytes are not contiguous")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import InputError
+from ._errors import ArgumentError, InputError
 
 if TYPE_CHECKING:
     from ._extraction import Extraction
@@ -144,10 +144,14 @@ def from_vtk(grid: Any) -> MeshArrays:
     names them.
 
     Raises:
+        ArgumentError: no vtkUnstructuredGrid.
         InputError: volume cells of another kind. The program `ptet build` splits them conformingly, and
             vtkDataSetTriangleFilter those of linear meshes.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+    if not isinstance(grid, vtkUnstructuredGrid):
+        raise ArgumentError(f"a vtkUnstructuredGrid is wanted, not {type(grid).__name__}")
     points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3), np.float32)
     tets = np.empty((0, 4), np.int64)
     if grid.GetNumberOfCells():
