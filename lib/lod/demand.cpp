@@ -126,13 +126,68 @@ bool wants_record(const WantInside& want, const Record& record) { // with limits
   return may_exceed(record.errors(), want, min, max);
 }
 
-bool wants_record(const WantNear& want, const Record& record) {
+/// Below which distance from the region errors pass what is allowed, but for rounding; negative: nowhere.
+double reach_of(const StatedErrors& errors, const WantNear& want) {
+  const std::size_t domain = want.scale.size() - 1;
+  const double domain_error = decode_error(errors.of_domain, want.scale[domain]);
+  double reach = -1;
+  for (std::size_t i = 0; i <= domain; ++i) {
+    const double error = i < domain ? decode_error(errors.of_fields[i], want.scale[i]) : domain_error;
+    if (error > want.at_region[i])
+      reach = std::max(reach, domain_error + (error - want.at_region[i]) / want.per_distance[i]);
+  }
+  return reach;
+}
+
+/// From the region to whatever lies in a box: rounding included, nothing is nearer than `least` or farther than `most`.
+struct Distances {
+  double least, most;
+};
+constexpr double kSlack = 1e-9; // more than what distances, and where errors reach, are rounded by
+Distances distances_to(const Region& region, const Point& min, const Point& max) {
+  const double nearest = distance(region, min, max);
+  const double farthest = nearest + std::hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2]);
+  return {nearest - kSlack * farthest, farthest + kSlack * farthest};
+}
+
+enum class Answer { kNo, kYes, kOpen };
+/// Whether what is within these distances is nearer than `reach`, as far as they tell.
+Answer is_within(double reach, const Distances& distances) {
+  // Written so that numbers that are none leave it open.
+  if (distances.least > reach * (1 + kSlack)) return Answer::kNo;
+  return distances.most < reach * (1 - kSlack) ? Answer::kYes : Answer::kOpen;
+}
+Answer is_within(double reach, const Region& region, std::span<const Point> corners) {
+  Point min = corners[0], max = min;
+  for (const Point& p : corners)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      min[axis] = std::min(min[axis], p[axis]);
+      max[axis] = std::max(max[axis], p[axis]);
+    }
+  const Answer of_box = is_within(reach, distances_to(region, min, max));
+  const bool has_corner = of_box == Answer::kOpen && std::any_of(corners.begin(), corners.end(), [&](const Point& p) {
+                            return is_within(reach, distances_to(region, p, p)) == Answer::kYes;
+                          });
+  return has_corner ? Answer::kYes : of_box;
+}
+
+// The exact distance of each tet takes most of the time: the boxes of the block (`around`), of the star and of each
+// tet, and corners, leave few of these.
+bool wants_record(const WantNear& want, const Record& record, const Distances& around) {
   const StatedErrors errors = record.errors();
-  const auto [min, max] = record.hierarchy.star_box(record.id);
-  return exceeds_at(errors, want, distance(want.region, min, max)) &&
-         any_in_star(record.refinement(), record.id, [&](const Tet& tet) {
-           return exceeds_at(errors, want, distance(want.region, Corners(record.hierarchy, tet).points()));
-         });
+  const double reach = reach_of(errors, want);
+  Answer answer = reach < 0 ? Answer::kNo : is_within(reach, around);
+  if (answer == Answer::kOpen) {
+    const auto [min, max] = record.hierarchy.star_box(record.id);
+    answer = is_within(reach, distances_to(want.region, min, max));
+  }
+  if (answer != Answer::kOpen) return answer == Answer::kYes;
+  return any_in_star(record.refinement(), record.id, [&](const Tet& tet) {
+    const Corners corners(record.hierarchy, tet);
+    const Answer of_tet = is_within(reach, want.region, corners.points());
+    if (of_tet != Answer::kOpen) return of_tet == Answer::kYes;
+    return exceeds_at(errors, want, distance(want.region, corners.points()));
+  });
 }
 
 // Wanted when a version in C(r), which has the values and the place that the request is about, may have an error above
@@ -247,8 +302,16 @@ void WantsOfBlock::find(const Hierarchy& hierarchy, const file::BlockInfo& block
               return;
             }
           }
-          for (std::uint32_t i = 0; i < block.record_count; ++i)
-            if (found[i] == 0 && wants_record(of, {hierarchy, RecordId{block.first_record + i}})) found[i] = 1;
+          const auto find_each = [&](const auto& wants) {
+            for (std::uint32_t i = 0; i < block.record_count; ++i)
+              if (found[i] == 0 && wants(Record{hierarchy, RecordId{block.first_record + i}})) found[i] = 1;
+          };
+          if constexpr (std::is_same_v<std::decay_t<decltype(of)>, WantNear>)
+            find_each([&of, around = distances_to(of.region, block.box_min, block.box_max)](const Record& record) {
+              return wants_record(of, record, around);
+            });
+          else
+            find_each([&of](const Record& record) { return wants_record(of, record); });
         },
         *want);
 }

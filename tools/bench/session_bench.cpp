@@ -1,6 +1,7 @@
 // How fast a session follows a viewer: a sphere of 1% of the volume, the original inside it, moves through the domain
-// in small steps over a background of 5% of the vertices, or within an error bound; or an eye goes around it, and
-// errors are bounded in pixels, with and without a budget. One thread; a line for each case.
+// in small steps over a background of 5% of the vertices, or within an error bound, once with a falloff that lets errors
+// grow from nothing at the sphere over half of the diagonal; or an eye goes around it, and errors are bounded in pixels,
+// with and without a budget. One thread; a line for each case.
 //
 //   session_bench FILE.ptet [UPDATES [SIZE_OF_A_STEP]]     a step is a fraction of the sphere's diameter; the eye turns
 //                                                          by a fifth of that fraction, in radians
@@ -90,6 +91,13 @@ Motion moving_sphere(const ptet::DatasetInfo& info, const Path& path, double ste
   };
 }
 
+Motion with_falloff(const Motion& move) {
+  return [move](Request& request, int i) {
+    move(request, i);
+    request.focus.front().falloff = ptet::Bound{0.5, true};
+  };
+}
+
 Motion circling_eye(const ptet::DatasetInfo& info, double step) {
   return [&info, step](Request& request, int i) {
     const double turn = 0.2 * step * i;
@@ -156,6 +164,7 @@ void run(const std::string& file, int updates, double step) {
   Request bound;
   bound.field_error.push_back({"", {0.05, true}});
   follow("field error 5%", data, sphere, bound, updates);
+  follow("field error 5%, a falloff", data, with_falloff(sphere), bound, updates);
 
   follow("view, a pixel", data, eye, none, updates);
   tets.max_tets = info.tets * 8 / 100;

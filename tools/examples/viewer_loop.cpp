@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
       request.view = seen(info, frame);                  // to a pixel,
       request.field_error.push_back({"", {1e-3, true}}); // and so in its fields, as far as the tets go:
       request.max_tets = info.tets / 4;
-      request.max_milliseconds = 8; // what is not done by then the next frame does
+      request.max_milliseconds = 8; // for splits and collapses: the next frame does the rest
       const ptet::SessionUpdate& update = session.update(request);
       upload(on_card, session, update);
       if (frame % 10 == 0)
