@@ -1,7 +1,7 @@
 // How fast a session follows a viewer: a sphere of 1% of the volume, the original inside it, moves through the domain
-// in small steps over a background of 5% of the vertices, or within an error bound, once with a falloff that lets errors
-// grow from nothing at the sphere over half of the diagonal; or an eye goes around it, and errors are bounded in pixels,
-// with and without a budget. One thread; a line for each case.
+// in small steps over a background of 5% of the vertices, or within an error bound, once with a falloff that lets
+// errors grow from nothing at the sphere over half of the diagonal; or an eye goes around it, and errors are bounded in
+// pixels, with and without a budget. One thread; a line for each case.
 //
 //   session_bench FILE.ptet [UPDATES [SIZE_OF_A_STEP]]     a step is a fraction of the sphere's diameter; the eye turns
 //                                                          by a fifth of that fraction, in radians
