@@ -143,19 +143,19 @@ double reach_of(const StatedErrors& errors, const WantNear& want) {
 struct Distances {
   double least, most;
 };
-constexpr double kSlack = 1e-9; // more than what distances, and where errors reach, are rounded by
+constexpr double kReachSlack = 1e-9; // more than what distances, and where errors reach, are rounded by
 Distances distances_to(const Region& region, const Point& min, const Point& max) {
   const double nearest = distance(region, min, max);
   const double farthest = nearest + std::hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2]);
-  return {nearest - kSlack * farthest, farthest + kSlack * farthest};
+  return {nearest - kReachSlack * farthest, farthest + kReachSlack * farthest};
 }
 
 enum class Answer { kNo, kYes, kOpen };
 /// Whether what is within these distances is nearer than `reach`, as far as they tell.
 Answer is_within(double reach, const Distances& distances) {
   // Written so that numbers that are none leave it open.
-  if (distances.least > reach * (1 + kSlack)) return Answer::kNo;
-  return distances.most < reach * (1 - kSlack) ? Answer::kYes : Answer::kOpen;
+  if (distances.least > reach * (1 + kReachSlack)) return Answer::kNo;
+  return distances.most < reach * (1 - kReachSlack) ? Answer::kYes : Answer::kOpen;
 }
 Answer is_within(double reach, const Region& region, std::span<const Point> corners) {
   Point min = corners[0], max = min;
@@ -253,9 +253,9 @@ bool may_take(const Interval& interval, const Hierarchy& hierarchy, const Tet& t
   const ValueRange range = array.components == 1
                                ? dispatch(array.type, [&]<class T>(T) { return scalar_range<T>(array, tet); })
                                : norm_range(array, tet);
-  constexpr double kSlack = 1e-14; // rounding, of norms too
+  constexpr double kRounding = 1e-14; // rounding, of norms too
   const double wider = decode_error(errors[interval.code], interval.scale) +
-                       kSlack * std::max({std::fabs(range.low), std::fabs(range.high), interval.scale});
+                       kRounding * std::max({std::fabs(range.low), std::fabs(range.high), interval.scale});
   if (range.low > range.high) return false; // nothing but NaN
   // Written so that NaN, which infinite lengths make of each other, leaves nothing out.
   return !(range.low - wider > interval.max) && !(range.high + wider < interval.min);
