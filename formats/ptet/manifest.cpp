@@ -1,6 +1,9 @@
 #include "formats/ptet/manifest.hpp"
 
 #include <charconv>
+#include <limits>
+#include <string_view>
+#include <system_error>
 
 namespace ptet::file {
 
@@ -9,8 +12,12 @@ std::optional<Bound> Manifest::welded_within() const {
   Bound within;
   for (const auto& [name, value] : options) {
     if (name != "weld-within") continue;
-    const auto [end, status] = std::from_chars(value.data(), value.data() + value.size(), within.value);
-    within.relative = end != value.data() + value.size();
+    const char* const last = value.data() + value.size();
+    const auto [end, status] = std::from_chars(value.data(), last, within.value);
+    const std::string_view unit(end, static_cast<std::size_t>(last - end));
+    within.relative = unit == " of the diagonal";
+    if (status != std::errc{} || !(within.relative || unit.empty()))
+      within.value = std::numeric_limits<double>::quiet_NaN();
   }
   return within;
 }

@@ -335,18 +335,25 @@ void Assembler::add_lattice(const LagrangeParts& parts, std::span<const VertexId
 }
 
 /// Cells of Lagrange's kinds may have another order along each axis, as an array of the grid then says.
-void Assembler::check_degrees(vtkUnstructuredGrid& grid, std::uint64_t cells) const {
+void Assembler::check_degree(const std::array<double, 3>& degrees, int type, std::uint64_t points,
+                             std::uint64_t cell) const {
+  if (degrees[0] != degrees[1] || degrees[0] != degrees[2])
+    fail("cell " + std::to_string(cell) +
+         " has another degree along each axis, and ptet splits cells of one degree: write the mesh in such");
+  const bool is_one =
+      degrees[0] >= 1 && degrees[0] <= static_cast<double>(points) && std::trunc(degrees[0]) == degrees[0];
+  if (!is_one || lagrange_points(type, static_cast<std::uint64_t>(degrees[0])) != points)
+    fail("cell " + std::to_string(cell) + " has " + std::to_string(points) +
+         " points, which are not those of its degree");
+}
+
+/// By cell, where the grid has them.
+vtkDataArray* degrees_of(vtkUnstructuredGrid& grid, std::uint64_t cells, const Assembler& assembler) {
   vtkDataArray* const degrees = grid.GetCellData()->GetHigherOrderDegrees();
-  if (!degrees) return;
-  if (static_cast<std::uint64_t>(degrees->GetNumberOfTuples()) != cells || degrees->GetNumberOfComponents() != 3)
-    fail("the degrees of its cells are not three for each");
-  for (vtkIdType i = 0; i < degrees->GetNumberOfTuples(); ++i) {
-    const std::array<double, 3> of_cell = {degrees->GetComponent(i, 0), degrees->GetComponent(i, 1),
-                                           degrees->GetComponent(i, 2)};
-    if (of_cell[0] != of_cell[1] || of_cell[0] != of_cell[2])
-      fail("cell " + std::to_string(cell_count_ + static_cast<std::uint64_t>(i)) +
-           " has another degree along each axis, and ptet splits cells of one degree: write the mesh in such");
-  }
+  if (degrees &&
+      (static_cast<std::uint64_t>(degrees->GetNumberOfTuples()) != cells || degrees->GetNumberOfComponents() != 3))
+    assembler.fail("the degrees of its cells are not three for each");
+  return degrees;
 }
 
 template <class Index>
@@ -358,7 +365,7 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
     fail("the numbers of cells and of cell types differ");
   const unsigned char* types = type_array->GetPointer(0);
   const std::vector<unsigned char> ghosts = ghost_flags(grid, cells);
-  check_degrees(grid, cells);
+  vtkDataArray* const degrees = degrees_of(grid, cells, *this);
 
   static const std::array<int, 256> kDimensions = dimensions_of_types();
   mesh_.tets.reserve(mesh_.tets.size() + static_cast<std::size_t>(std::count(types, types + cells, VTK_TETRA)));
@@ -378,6 +385,11 @@ void Assembler::add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& face
       fail("cell " + std::to_string(cell) + " lies outside the table of cells");
     const auto given = static_cast<std::uint64_t>(offsets[i + 1] - offsets[i]);
     const int type = plain_type(types[i], given);
+    if (degrees && lagrange_points(types[i], 1) != 0) {
+      std::array<double, 3> of_cell{};
+      degrees->GetTuple(static_cast<vtkIdType>(i), of_cell.data());
+      check_degree(of_cell, types[i], given, cell);
+    }
     const LagrangeParts* const lattice = lagrange_.parts_of(type, given);
     const std::size_t prism = points_of_prism(type);
     const std::uint64_t size = lattice != nullptr ? given : prism != 0 ? prism : cell_size(type).points;
@@ -426,8 +438,10 @@ void Assembler::look() const {
   if (progress_ && !progress_({"splitting cells", 0, 0})) throw Error(ErrorCode::kCancelled, "reading was cancelled");
 }
 
-void Assembler::note_cells(const std::vector<std::uint64_t>& cells, const std::string& what) {
+void Assembler::note_cells(std::vector<std::uint64_t> cells, const std::string& what) {
   if (cells.empty()) return;
+  std::sort(cells.begin(), cells.end()); // a cell of many parts may stand there more than once
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   std::string ids;
   for (std::size_t i = 0; i < std::min(cells.size(), kMostIds); ++i)
     ids += (i == 0 ? "" : ", ") + std::to_string(cells[i]);
@@ -442,8 +456,10 @@ std::string Assembler::what_to_do_with_refused() const {
     return refused.first >= VTK_LAGRANGE_CURVE && refused.first <= VTK_BEZIER_PYRAMID;
   }); // pyramids, those of Bezier, whose points are not on the cell, and what has the points of no order
   return std::string(", which ptet cannot split into tetrahedra: ") +
-         (has_higher_order ? "write the mesh in tetrahedra, hexahedra or wedges of Lagrange's kind"
-                           : "do so first, as ParaView's Tetrahedralize does");
+         (has_higher_order
+              ? "write the mesh in tetrahedra, hexahedra or wedges of Lagrange's kind, of one order up to 64 along all "
+                "edges"
+              : "do so first, as ParaView's Tetrahedralize does");
 }
 
 TetMesh Assembler::finish() {

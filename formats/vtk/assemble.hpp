@@ -51,7 +51,7 @@ private:
 
   void add_array(PointArray& to, vtkDataArray& from, std::uint64_t points);
   void check_same_arrays(const std::vector<std::pair<std::string, vtkDataArray*>>& arrays) const;
-  void check_degrees(vtkUnstructuredGrid& grid, std::uint64_t cells) const;
+  void check_degree(const std::array<double, 3>& degrees, int type, std::uint64_t points, std::uint64_t cell) const;
   [[nodiscard]] std::vector<unsigned char> ghost_flags(vtkUnstructuredGrid& grid, std::uint64_t cells) const;
   template <class Index>
   void add_cells(vtkUnstructuredGrid& grid, const PolyhedronFaces& faces, const Index* offsets,
@@ -70,7 +70,7 @@ private:
   /// Whether to go on.
   void look() const;
   [[nodiscard]] std::string what_to_do_with_refused() const;
-  void note_cells(const std::vector<std::uint64_t>& cells, const std::string& what);
+  void note_cells(std::vector<std::uint64_t> cells, const std::string& what);
 
   std::string path_;
   ReadReport& report_;

@@ -10,20 +10,11 @@ namespace {
 
 constexpr int kLeastOrder = 3, kMostOrder = 64;
 
-std::uint64_t points_of(int type, std::uint64_t order) {
-  const std::uint64_t n = order + 1;
-  switch (type) {
-  case VTK_LAGRANGE_TETRAHEDRON: return n * (n + 1) * (n + 2) / 6;
-  case VTK_LAGRANGE_HEXAHEDRON: return n * n * n;
-  case VTK_LAGRANGE_WEDGE: return n * (n + 1) / 2 * n;
-  default: return 0;
-  }
-}
-
 /// 0: none.
 int order_of(int type, std::uint64_t points) {
+  if (lagrange_points(type, kLeastOrder) == 0) return 0;
   for (int order = kLeastOrder; order <= kMostOrder; ++order)
-    if (points_of(type, static_cast<std::uint64_t>(order)) == points) return order;
+    if (lagrange_points(type, static_cast<std::uint64_t>(order)) == points) return order;
   return 0;
 }
 
@@ -65,7 +56,9 @@ LagrangeParts parts_of_hexahedron(int order) {
 
 LagrangeParts parts_of_wedge(int order) {
   LagrangeParts parts;
-  const std::array orders = {order, order, order};
+  const vtkIdType points =
+      static_cast<vtkIdType>(lagrange_points(VTK_LAGRANGE_WEDGE, static_cast<std::uint64_t>(order)));
+  const std::array orders = {order, order, order, static_cast<int>(points)}; // VTK reads all four
   const auto at = [&](int i, int j, int k) {
     return static_cast<std::uint32_t>(vtkHigherOrderWedge::PointIndexFromIJK(i, j, k, orders.data()));
   };
@@ -84,6 +77,16 @@ LagrangeParts parts_of_wedge(int order) {
 }
 
 } // namespace
+
+std::uint64_t lagrange_points(int vtk_cell_type, std::uint64_t order) {
+  const std::uint64_t n = order + 1;
+  switch (vtk_cell_type) {
+  case VTK_LAGRANGE_TETRAHEDRON: return n * (n + 1) * (n + 2) / 6;
+  case VTK_LAGRANGE_HEXAHEDRON: return n * n * n;
+  case VTK_LAGRANGE_WEDGE: return n * (n + 1) / 2 * n;
+  default: return 0;
+  }
+}
 
 const LagrangeParts* LagrangeCells::parts_of(int vtk_cell_type, std::uint64_t points) {
   const auto known = known_.find({vtk_cell_type, points});

@@ -26,6 +26,9 @@ struct LagrangeParts {
   std::vector<std::array<std::uint32_t, 6>> wedges;    ///< in VTK's order
 };
 
+/// Of a tetrahedron, a hexahedron or a wedge of Lagrange's; 0 for other types.
+[[nodiscard]] std::uint64_t lagrange_points(int vtk_cell_type, std::uint64_t order);
+
 class LagrangeCells {
 public:
   /// The parts of a cell of this VTK type with so many points, if it is a tetrahedron, a hexahedron or a wedge of

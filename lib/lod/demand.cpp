@@ -145,9 +145,8 @@ struct Distances {
 };
 constexpr double kReachSlack = 1e-9; // more than what distances, and where errors reach, are rounded by
 Distances distances_to(const Region& region, const Point& min, const Point& max) {
-  const double nearest = distance(region, min, max);
-  const double farthest = nearest + std::hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2]);
-  return {nearest - kReachSlack * farthest, farthest + kReachSlack * farthest};
+  const double nearest = distance(region, min, max), most = farthest(region, min, max);
+  return {nearest - kReachSlack * most, most + kReachSlack * most};
 }
 
 enum class Answer { kNo, kYes, kOpen };

@@ -239,6 +239,16 @@ double box_distance(const HalfSpace& half_space, const Box& box) {
 }
 
 template <class Shape>
+double farthest_in(const Shape& shape, const Box& box) {
+  return box_distance(shape, box) + norm(box.max - box.min);
+}
+// Its distance from a box is a lower bound, that from a point is none.
+double farthest_in(const OrientedBox& region, const Box& box) {
+  const Point middle = 0.5 * box.min + 0.5 * box.max;
+  return lower_bound(region, std::span(&middle, 1)) + 0.5 * norm(box.max - box.min);
+}
+
+template <class Shape>
 bool are_apart(const Shape& shape, const Box& box) {
   return box_distance(shape, box) > 0;
 }
@@ -316,6 +326,10 @@ double distance(const Region& region, std::span<const Point> corners) {
 
 double distance(const Region& region, const Point& min, const Point& max) {
   return std::visit([&](const auto& shape) { return box_distance(shape, Box{min, max}); }, region);
+}
+
+double farthest(const Region& region, const Point& min, const Point& max) {
+  return std::visit([&](const auto& shape) { return farthest_in(shape, Box{min, max}); }, region);
 }
 
 bool contains(const Region& region, const Point& min, const Point& max) {

@@ -23,6 +23,8 @@ void find_meeting(const Region& region, std::span<const Box> boxes, std::span<ch
 [[nodiscard]] double distance(const Region& region, std::span<const Point> corners);
 /// For the closed box [min, max]: no more than the distance, and for oriented boxes also less.
 [[nodiscard]] double distance(const Region& region, const Point& min, const Point& max);
+/// No point of the closed box is farther from the region, but for rounding.
+[[nodiscard]] double farthest(const Region& region, const Point& min, const Point& max);
 
 /// Whether all of the box [min, max] is in the region; a "yes" is certain.
 [[nodiscard]] bool contains(const Region& region, const Point& min, const Point& max);

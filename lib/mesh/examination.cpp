@@ -72,9 +72,9 @@ private:
   std::string list_;
 };
 
-/// The power of ten at or below, "1e-16".
+/// A power of ten that is no less, "1e-16".
 std::string brief_power(double x) {
-  return number_text(std::pow(10, std::floor(std::log10(x))));
+  return "1e" + std::to_string(static_cast<int>(std::ceil(std::log10(x))));
 }
 
 class Examiner {
@@ -479,7 +479,7 @@ private:
       tally.add(std::uint64_t{v});
     report(tally, "near-points", Severity::kNote, "boundary vertex that is hardly apart from another",
            "boundary vertices that are hardly apart from others",
-           "by some " + brief_power(farthest) +
+           "by up to " + brief_power(farthest) +
                ", and kept so; where parts of the mesh were computed one by one and should meet, ptet build "
                "--weld-within makes one of those with values as near");
   }

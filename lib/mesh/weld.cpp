@@ -16,6 +16,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -67,7 +68,7 @@ constexpr double kFarthest = 1e-3;
 /// No more points are looked at for one: where as many stay in one place, as a pile with values of their own does, they
 /// are no seam.
 constexpr std::size_t kMostNear = 1024;
-/// Some tenths of a second of work.
+/// Of vertices: a second of work at most, but where they stay in piles.
 constexpr std::size_t kBetweenLooks = 0x10000;
 
 /// Where the points are that may be welded over a distance: the vertices of boundary faces. Inside of a mesh none lies
@@ -96,6 +97,43 @@ std::vector<std::uint32_t> boundary_vertices(const TetMesh& mesh) {
   return found;
 }
 
+/// By vertex, for some of them: the tets that it is a corner of.
+class Stars {
+public:
+  Stars(const TetMesh& mesh, const std::vector<std::uint32_t>& of) : mesh_(mesh), begin_(mesh.vertex_count() + 1) {
+    std::vector<char> is_asked_for(mesh.vertex_count());
+    for (const std::uint32_t v : of)
+      is_asked_for[v] = 1;
+    for (const Tet& tet : mesh.tets)
+      for (const VertexId v : tet)
+        begin_[v.index() + 1] += is_asked_for[v.index()] != 0 ? 1 : 0;
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    tets_.resize(begin_.back());
+    std::vector<std::uint64_t> next(begin_.begin(), begin_.end() - 1);
+    for (std::uint32_t t = 0; t < mesh.tets.size(); ++t)
+      for (const VertexId v : mesh.tets[t])
+        if (is_asked_for[v.index()] != 0) tets_[next[v.index()]++] = t;
+  }
+
+  [[nodiscard]] std::span<const std::uint32_t> tets_at(std::uint32_t v) const {
+    return std::span(tets_).subspan(begin_[v], begin_[v + 1] - begin_[v]);
+  }
+  /// Whether a tet has `v` and another corner that becomes `other`.
+  [[nodiscard]] bool join(std::uint32_t v, std::uint32_t other, const std::vector<std::uint32_t>& first) const {
+    const std::span<const std::uint32_t> tets = tets_at(v);
+    return std::any_of(tets.begin(), tets.end(), [&](std::uint32_t t) {
+      const Tet& tet = mesh_.tets[t];
+      return std::any_of(tet.begin(), tet.end(),
+                         [&](VertexId corner) { return corner.index() != v && first[corner.index()] == other; });
+    });
+  }
+
+private:
+  const TetMesh& mesh_;
+  std::vector<std::uint64_t> begin_;
+  std::vector<std::uint32_t> tets_;
+};
+
 /// Points by the cells of a grid.
 class PointGrid {
 public:
@@ -107,9 +145,10 @@ public:
   template <class Visit>
   void each_near(const Point& p, Visit&& visit) const {
     const Cell middle = cell_of(p);
-    for (std::int64_t x = -1; x <= 1; ++x)
-      for (std::int64_t y = -1; y <= 1; ++y)
-        for (std::int64_t z = -1; z <= 1; ++z) {
+    constexpr std::array<std::int64_t, 3> kSteps = {0, -1, 1}; // the middle first: the most likely one
+    for (const std::int64_t x : kSteps)
+      for (const std::int64_t y : kSteps)
+        for (const std::int64_t z : kSteps) {
           const auto found = cells_.find({middle[0] + x, middle[1] + y, middle[2] + z});
           if (found == cells_.end()) continue;
           for (const std::uint32_t v : found->second)
@@ -144,10 +183,10 @@ public:
         least = std::min(least, x);
         greatest = std::max(greatest, x);
       }
+      if (least > greatest) continue; // no number
       range = std::max(range, greatest - least);
       largest = std::max({largest, std::abs(least), std::abs(greatest)});
     }
-    if (!std::isfinite(largest)) return; // no value is
     const double last_place = array.type == ScalarType::kFloat32 ? 0x1p-23 : 0x1p-52;
     most_ = std::max(std::isfinite(range) ? share * range : 0, last_place * largest);
   }
@@ -167,14 +206,14 @@ private:
 };
 
 /// By vertex: the one that it becomes. Taken in the order of their ids, each becomes the nearest of those that stayed
-/// within the distance and with values as near; none such, and it stays. So no chain of points becomes one.
-std::vector<std::uint32_t> find_near_firsts(const TetMesh& mesh, double distance, double share,
+/// within the distance and with values as near, and that no tet joins it to, as edges may be shorter; none such, and it
+/// stays. So no chain of points becomes one, nor do two corners of a tet.
+std::vector<std::uint32_t> find_near_firsts(const TetMesh& mesh, const std::vector<std::uint32_t>& vertices,
+                                            const Stars& stars, double distance, double share,
                                             const std::function<void()>& look) {
   using namespace vec;
   std::vector<std::uint32_t> first(mesh.vertex_count());
   std::iota(first.begin(), first.end(), 0U);
-  const std::vector<std::uint32_t> vertices = boundary_vertices(mesh);
-  look();
   std::vector<char> used(mesh.vertex_count());
   for (const Tet& tet : mesh.tets)
     for (const VertexId v : tet)
@@ -198,8 +237,10 @@ std::vector<std::uint32_t> find_near_firsts(const TetMesh& mesh, double distance
     stayed.each_near(p, [&](std::uint32_t other) {
       const double away = norm(p - mesh.position(VertexId{other}));
       const bool is_nearer = away < nearest || (away == nearest && (first[v] == v || other < first[v]));
-      if (is_nearer && std::all_of(tolerances.begin(), tolerances.end(),
-                                   [&](const ValueTolerance& tolerance) { return tolerance.takes(v, other); })) {
+      if (is_nearer &&
+          std::all_of(tolerances.begin(), tolerances.end(),
+                      [&](const ValueTolerance& tolerance) { return tolerance.takes(v, other); }) &&
+          !stars.join(v, other, first)) {
         nearest = away;
         first[v] = other;
       }
@@ -210,23 +251,41 @@ std::vector<std::uint32_t> find_near_firsts(const TetMesh& mesh, double distance
   return first;
 }
 
-/// Where a tet would turn over or become flat, its corners stay where they are.
-void keep_orientations(const TetMesh& mesh, std::vector<std::uint32_t>& first, const std::function<void()>& look) {
-  for (bool is_changed = true; is_changed;) {
-    is_changed = false;
-    look();
-    for (const Tet& tet : mesh.tets) {
-      if (std::all_of(tet.begin(), tet.end(), [&](VertexId v) { return first[v.index()] == v.index(); })) continue;
-      std::array<Point, 4> was, is;
-      for (std::size_t i = 0; i < 4; ++i) {
-        was[i] = mesh.position(tet[i]);
-        is[i] = mesh.position(VertexId{first[tet[i].index()]});
-      }
-      if (orientation(was[0], was[1], was[2], was[3]) == orientation(is[0], is[1], is[2], is[3])) continue;
-      for (const VertexId v : tet)
-        first[v.index()] = v.index();
-      is_changed = true;
-    }
+/// Whether a tet is as it was, or neither of the two is one.
+bool keeps_orientation(const TetMesh& mesh, const Tet& tet, const std::vector<std::uint32_t>& first) {
+  std::array<Point, 4> was, is;
+  for (std::size_t i = 0; i < 4; ++i) {
+    was[i] = mesh.position(tet[i]);
+    is[i] = mesh.position(VertexId{first[tet[i].index()]});
+    if (!std::all_of(was[i].begin(), was[i].end(), [](double x) { return std::isfinite(x); })) return true;
+  }
+  return orientation(was[0], was[1], was[2], was[3]) == orientation(is[0], is[1], is[2], is[3]);
+}
+
+/// How far a vertex goes; negative: it stays.
+double way_of(const TetMesh& mesh, VertexId v, const std::vector<std::uint32_t>& first) {
+  using namespace vec;
+  return first[v.index()] == v.index() ? -1 : norm(mesh.position(VertexId{first[v.index()]}) - mesh.position(v));
+}
+
+/// Where a tet would turn over or become flat, the corner that would go farthest stays where it is; and then the tets
+/// around it are looked at.
+void keep_orientations(const TetMesh& mesh, const Stars& stars, std::vector<std::uint32_t>& first,
+                       const std::function<void()>& look) {
+  const auto moves = [&](VertexId v) { return first[v.index()] != v.index(); };
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t t = 0; t < mesh.tets.size(); ++t)
+    if (std::any_of(mesh.tets[t].begin(), mesh.tets[t].end(), moves)) open.push_back(t);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (i % kBetweenLooks == 0) look();
+    const Tet& tet = mesh.tets[open[i]];
+    if (std::none_of(tet.begin(), tet.end(), moves) || keeps_orientation(mesh, tet, first)) continue;
+    const VertexId farthest = *std::max_element(tet.begin(), tet.end(), [&](VertexId a, VertexId b) {
+      return way_of(mesh, a, first) < way_of(mesh, b, first);
+    });
+    first[farthest.index()] = farthest.index();
+    const std::span<const std::uint32_t> around = stars.tets_at(farthest.index());
+    open.insert(open.end(), around.begin(), around.end());
   }
 }
 
@@ -297,11 +356,19 @@ std::uint64_t weld_points(TetMesh& mesh, const Bound& within, const ProgressCall
   look();
   std::uint64_t gone = merge(mesh, first);
   if (!(diagonal > 0 && distance > 0 && std::isfinite(distance))) return gone;
-  look();
-  first = find_near_firsts(mesh, distance, distance / diagonal, look);
-  keep_tets(mesh, first);
-  keep_orientations(mesh, first, look);
-  gone += merge(mesh, first);
+  // What is hardly apart first: where edges are shorter than the distance, that is what rounding has set apart. It is
+  // inside of the mesh then, and goes no farther.
+  for (const double part : {1e-6, 1e-3, 1.0}) {
+    constexpr double kRounding = 0x1p-53;
+    if (part < 1 && part * distance < kRounding * diagonal) continue;
+    look();
+    const std::vector<std::uint32_t> vertices = boundary_vertices(mesh);
+    look();
+    const Stars stars(mesh, vertices);
+    first = find_near_firsts(mesh, vertices, stars, part * distance, part * distance / diagonal, look);
+    keep_orientations(mesh, stars, first, look);
+    gone += merge(mesh, first);
+  }
   return gone;
 }
 

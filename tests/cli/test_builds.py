@@ -2,6 +2,7 @@
 Usage: test_builds.py PTET [unittest options]
 
 Real meshes are looked for in the folder that PTET_DATA names (default: shared/data beside the source tree)."""
+import json
 import math
 import os
 import pathlib
@@ -205,6 +206,10 @@ class Memory(Case):
             verified = self.json("verify", "welded.ptet", "--original", "parts.vtu")
             self.assertTrue(verified["ok"])
             self.assertTrue(any("nearly the same place" in note for note in verified["notes"]))
+        meshes.vtu(self.folder / "tiny.vtu", [(1e-12 * x, 1e-12 * y, 1e-12 * z) for x, y, z in at], joined,
+                   meshes.wave(at))
+        other = json.loads(self.ptet("verify", "welded.ptet", "--original", "tiny.vtu", "--json", code=4).stdout)
+        self.assertTrue(any("cannot be welded as in the build" in wrong for wrong in other["wrong"]), other["wrong"])
         self.ptet("extract", "welded.ptet", "--tets", "50%", "-o", "half.vtu")
         topologies = [self.json("measure", "parts.vtu", "half.vtu", *flag)["original"]["validity"]["components"]
                       for flag in (["--weld"], ["--weld-within", "1e-12"])]

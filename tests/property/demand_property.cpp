@@ -492,6 +492,35 @@ TEST_CASE("demand: no more is refined than what one record or another asks for")
   CHECK(more < all * 10);
 }
 
+TEST_CASE("demand: near a box that has no turn there is what there is near the box, and no more") {
+  std::size_t found = 0;
+  for (const Opened& file : samples()) {
+    const auto dataset = file.open();
+    const DatasetInfo& info = dataset->info();
+    Random random(info, 96);
+    for (int i = 0; i < 40; ++i) {
+      INFO("request " << i);
+      Box box{random.point(), {}};
+      OrientedBox oriented;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double half = info.diagonal * random.uniform(0.005, 0.1);
+        box.max[axis] = box.min[axis] + 2 * half;
+        oriented.centre[axis] = box.min[axis] + half;
+        oriented.half_axes[axis] = {};
+        oriented.half_axes[axis][axis] = half;
+      }
+      Request request;
+      request.focus.push_back({box, {0, true}});
+      request.focus.back().falloff = Bound{random.uniform(0.01, 1), true};
+      const Extraction near_box = dataset->extract(request);
+      request.focus.back().region = oriented;
+      CHECK(same_mesh(dataset->extract(request), near_box));
+      found += near_box.mesh.tets.size() > info.base_tets && near_box.mesh.tets.size() < info.tets ? 1 : 0;
+    }
+  }
+  CHECK(found > 20);
+}
+
 TEST_CASE("demand: budgets of all kinds hold on top of it, and answers stay meshes") {
   for (const Opened& file : samples()) {
     const auto used = file.open();

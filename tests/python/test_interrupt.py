@@ -153,6 +153,24 @@ class Interrupt(unittest.TestCase):
         """
         self.ends_in_silence(script)
 
+    def test_the_process_ends_while_a_source_reads_another_dataset(self):
+        script = """
+            class Outer(Source):
+                def read(self, offset, size):
+                    if is_open.is_set():
+                        is_read.set()
+                        time.sleep(1)
+                        inner.extract()
+                    return bytes[offset:offset + size]
+            is_open, is_read = threading.Event(), threading.Event()
+            inner = ptet.open(Source())
+            outer = ptet.open(Outer())
+            is_open.set()
+            threading.Thread(target=outer.extract, daemon=True).start()
+            is_read.wait()
+        """
+        self.ends_in_silence(script)
+
     def test_other_threads_run_meanwhile(self):
         big = cube(24)
         ticks, done = 0, threading.Event()

@@ -247,6 +247,59 @@ TEST_CASE("welding over a distance: no chains, no whole numbers, no shapes", "[w
   CHECK_THROWS_AS(build_memory(chain(1e-10), options), Error);
 }
 
+TEST_CASE("welding over a distance: edges may be shorter than it", "[weld]") {
+  // Two blocks of cubes a unit wide side by side, the second set apart by rounding.
+  TetMesh mesh = make_mesh({}, {}, ScalarType::kFloat64);
+  const TetMesh block = test::grid({{4, 4, 4}, {}, 0, 1});
+  double width = 0;
+  for (std::uint32_t v = 0; v < block.vertex_count(); ++v)
+    width = std::max(width, block.position(VertexId{v})[0]);
+  const auto count = static_cast<std::uint32_t>(block.vertex_count());
+  for (const double move : {0.0, width + 1e-12})
+    for (std::uint32_t v = 0; v < count; ++v) {
+      const Point p = block.position(VertexId{v});
+      append(mesh.positions, {p[0] + move, p[1], p[2]});
+    }
+  append(mesh.positions, {2000 * width, 0, 0}); // so that a thousandth of the diagonal is more than an edge
+  append(mesh.positions, {2000 * width, width, 0});
+  append(mesh.positions, {2000 * width, 0, width});
+  append(mesh.positions, {2001 * width, 0, 0});
+  for (const std::uint32_t from : {0U, count})
+    for (const Tet& tet : block.tets) {
+      Tet moved = tet;
+      for (VertexId& v : moved)
+        v = VertexId{v.index() + from};
+      mesh.tets.push_back(moved);
+    }
+  mesh.tets.push_back({VertexId{2 * count}, VertexId{2 * count + 1}, VertexId{2 * count + 2}, VertexId{2 * count + 3}});
+  for (const double within : {1e-11, 0.2 * width, 0.26 * width, 0.6 * width, 1.1 * width}) {
+    CAPTURE(within);
+    TetMesh welded = mesh;
+    CHECK(weld_points(welded, {within, false}) == 25);
+    const MeshReport report = validate(welded);
+    CHECK(report.components == 2);
+    CHECK_FALSE(finding(report, "inverted-tets"));
+  }
+}
+
+TEST_CASE("welding over a distance: what is no number is no obstacle", "[weld]") {
+  TetMesh mesh =
+      make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1 + 1e-12, 0}, {0, 0, 0}, {0, 0, -1}, {1, 0, 0}},
+                {{0, 1, 2, 3}, {5, 4, 7, 6}}, ScalarType::kFloat64);
+  PointArray flow{"flow", ScalarType::kFloat64, 3, {}}; // of two components, as some programs write it
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Point p = mesh.position(VertexId{v});
+    append(flow, {p[0], p[1], std::nan("")});
+  }
+  mesh.point_arrays.push_back(flow);
+  CHECK(weld_points(mesh, {1e-10, false}) == 3);
+
+  TetMesh broken = make_mesh(
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, std::nan("")}, {0, 1 + 1e-12, 0}, {0, 0, 0}, {0, 0, -1}, {1, 0, 0}},
+      {{0, 1, 2, 3}, {5, 4, 7, 6}}, ScalarType::kFloat64);
+  CHECK(weld_points(broken, {1e-10, false}) == 3);
+}
+
 TEST_CASE("welding over a distance: thin parts are not closed", "[weld]") {
   // A plate of two layers, as thick as two thirds of the distance: no tet has points of both sides.
   TetMesh plate = make_mesh({}, {}, ScalarType::kFloat64);

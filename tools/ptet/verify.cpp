@@ -137,6 +137,16 @@ file::Verified check_file(const Arguments& arguments, std::uint64_t samples, con
   return verified;
 }
 
+void weld_as_in_build(const Bound& within, TetMesh& original, ProgressLine& progress, Outcome& outcome) {
+  try {
+    outcome.notes.push_back("as in the build, " +
+                            welding_note(weld_points(original, within, progress.callback()), within));
+  } catch (const Error& error) { // the distance is that of another mesh, or none
+    if (error.code() != ErrorCode::kBadArgument) throw;
+    outcome.wrongs.add({std::string("the original cannot be welded as in the build: ") + error.what(), {}, {}, {}, {}});
+  }
+}
+
 void check_original(const Arguments& arguments, const file::Verified& verified, ProgressLine& progress,
                     Outcome& outcome) {
   if (!verified.is_whole()) {
@@ -148,8 +158,7 @@ void check_original(const Arguments& arguments, const file::Verified& verified, 
   TetMesh original = read_mesh(*arguments.original, &read, progress.callback());
   add_reading_notes(*arguments.original, read, outcome.notes);
   if (const auto within = verified.reader->manifest().welded_within())
-    outcome.notes.push_back("as in the build, " +
-                            welding_note(weld_points(original, *within, progress.callback()), *within));
+    weld_as_in_build(*within, original, progress, outcome);
   const std::string& expected = verified.reader->manifest().source_hash;
   if (!expected.empty() && hash_input(*arguments.original, read.more_files, progress.callback()) != expected) {
     outcome.notes.push_back("'" + *arguments.original +

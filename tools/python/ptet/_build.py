@@ -227,7 +227,7 @@ def build(points: npt.ArrayLike, tets: npt.ArrayLike, fields: Mapping[str, npt.A
         weld: first make one point of those that have the same place and the same values in every field, bit for bit: of
             the points that parts of a mesh share. A distance, in mesh units or "1e-7%" of the diagonal, 0.1% at most:
             also what rounding has set apart at the boundary, no farther apart than that, with values that differ by no
-            larger a part of their field's range.
+            larger a part of their field's range; 0: the first alone, as with True.
         keep_order: also keep in what order points, tets and their corners stand, so that they come back in it where
             that is asked for: `Dataset.extract(input_order=True)`. Takes some 2 bytes a point and up to 3 a tet, 4 of
             very large meshes.

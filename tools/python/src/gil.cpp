@@ -13,11 +13,24 @@ namespace {
 // looking who is about to. So one of the two sees the other.
 std::atomic<bool> is_over{false};
 std::atomic<int> about_to_take{0}, without{0};
-std::thread::id ending; // set before is_over
+std::atomic<bool> is_failing{false};
+std::thread::id ending; // set before is_over and is_failing
+thread_local int calls_of_python = 0;
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kPatience{2};
 
 [[noreturn]] void wait_for_the_end() {
   while (true)
     std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
+// A moment only: Python code that the end waits for may wait for this thread.
+void wait_if_failing() {
+  if (!is_failing || calls_of_python > 0 || std::this_thread::get_id() == ending) return;
+  const auto end = Clock::now() + kPatience;
+  while (!is_over && Clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 void begin_to_take() {
@@ -40,31 +53,38 @@ GilReleased::GilReleased() : state_((++without, PyEval_SaveThread())) {}
 
 GilReleased::~GilReleased() {
   --without;
+  wait_if_failing();
   begin_to_take();
   PyEval_RestoreThread(state_);
   --about_to_take;
 }
 
 GilTaken::GilTaken() {
-  if (PyGILState_Check() == 1) return;
-  begin_to_take();
-  held_.emplace();
-  --about_to_take;
+  if (PyGILState_Check() == 0) {
+    begin_to_take();
+    held_.emplace();
+    --about_to_take;
+  }
+  ++calls_of_python;
+}
+
+GilTaken::~GilTaken() {
+  --calls_of_python;
 }
 
 bool is_gil_lost() {
   return is_over && std::this_thread::get_id() != ending;
 }
 
-void wait_for_end_of_gil() {
-  while (!is_over && PyGILState_Check() == 0)
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+void announce_end_of_gil() {
+  ending = std::this_thread::get_id();
+}
+
+void let_fail_until_end_of_gil() {
+  is_failing = true;
 }
 
 void end_gil() {
-  using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::seconds kPatience{2};
-  ending = std::this_thread::get_id();
   is_over = true;
   PyThreadState* const state = PyEval_SaveThread();
   const auto end = Clock::now() + kPatience;

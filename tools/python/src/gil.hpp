@@ -32,6 +32,7 @@ private:
 class GilTaken {
 public:
   GilTaken();
+  ~GilTaken();
   GilTaken(const GilTaken&) = delete;
   GilTaken& operator=(const GilTaken&) = delete;
 
@@ -42,9 +43,11 @@ private:
 /// Whether calls of other threads than the one that ends Python are to come to an end, as nobody waits for them.
 [[nodiscard]] bool is_gil_lost();
 
-/// Waits until end_gil() is under way in another thread; not at all with the lock held, which that thread would wait
-/// for.
-void wait_for_end_of_gil();
+/// To be called at exit before anything that lets calls in other threads fail, in the thread of end_gil().
+void announce_end_of_gil();
+/// A call fails as Python ends, and Python would still print the error. So what comes back to it in other threads waits
+/// for end_gil() from now on, some seconds at most; but not where C++ code has called that Python, and waits for it.
+void let_fail_until_end_of_gil();
 
 /// To be called at exit, with the lock held: no other thread gets it from C++ code any more. Waits for those that are
 /// about to, and a moment for calls to stop.

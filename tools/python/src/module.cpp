@@ -47,6 +47,7 @@ PYBIND11_MODULE(_core, module) {
   module.def(
       "end",
       [] {
+        announce_end_of_gil();
         shut_readers();
         end_gil();
       },

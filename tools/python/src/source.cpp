@@ -61,7 +61,7 @@ public:
   void read(std::uint64_t offset, std::span<std::byte> into) override {
     const std::lock_guard guard(reading_);
     if (is_shut_) {
-      wait_for_end_of_gil(); // else the error would go to Python, which still prints it
+      let_fail_until_end_of_gil();
       throw Error(ErrorCode::kIo, "Python is about to end", offset);
     }
     if (pending_->is_there()) throw Error(ErrorCode::kIo, "reading was stopped", offset);
