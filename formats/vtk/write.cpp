@@ -4,12 +4,10 @@
 #include "formats/vtk/messages.hpp"
 #include "formats/vtk/scalar_types.hpp"
 #include "formats/whole_file.hpp"
-#include "mesh/scalar_dispatch.hpp"
 #include "mesh/utf8.hpp"
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <fstream>
 #include <limits>
 #include <set>
@@ -36,17 +34,6 @@ namespace {
 
 using vtkio::vtk_type;
 
-bool is_finite(const PointArray& array) {
-  return dispatch(array.type, [&]<class T>(T) {
-    if constexpr (std::is_floating_point_v<T>) {
-      for (std::size_t at = 0; at < array.bytes.size(); at += sizeof(T)) {
-        if (!std::isfinite(load<T>(array.bytes.data() + at))) return false;
-      }
-    }
-    return true;
-  });
-}
-
 void check(const std::string& path, const TetMesh& mesh, const WriteOptions& options) {
   const auto bad_input = [&](const std::string& reason) {
     throw Error(ErrorCode::kBadInput, "cannot write " + path + ": " + reason);
@@ -54,16 +41,10 @@ void check(const std::string& path, const TetMesh& mesh, const WriteOptions& opt
   const std::size_t vertices = mesh.vertex_count();
   if (mesh.positions.components != 3 || mesh.positions.bytes.size() != vertices * mesh.positions.row_bytes())
     bad_input("positions are not rows of three");
-  const auto not_as_text = [&](const std::string& what) {
-    bad_input(what + " holds NaN or infinity, which VTK does not read from decimal numbers");
-  };
-  const bool is_text = options.encoding == Encoding::kAscii;
-  if (is_text && !is_finite(mesh.positions)) not_as_text("a position");
   std::set<std::string> names;
   for (const PointArray& array : mesh.point_arrays) {
     if (array.components == 0 || array.bytes.size() != vertices * array.row_bytes())
       bad_input("point array '" + array.name + "' does not have one row for each vertex");
-    if (is_text && !is_finite(array)) not_as_text("point array '" + array.name + "'");
     if (!names.insert(array.name).second) bad_input("two point arrays are called '" + array.name + "'");
   }
   for (std::size_t i = 0; i < mesh.tets.size(); ++i) {
@@ -75,10 +56,6 @@ void check(const std::string& path, const TetMesh& mesh, const WriteOptions& opt
     if (std::visit([](const auto& values) { return values.size(); }, array.values) != mesh.tets.size())
       throw Error(ErrorCode::kBadArgument,
                   path + ": cell array '" + array.name + "' does not have one value for each tet");
-    const auto are_finite = [](const auto& values) {
-      return std::all_of(values.begin(), values.end(), [](auto x) { return std::isfinite(static_cast<double>(x)); });
-    };
-    if (is_text && !std::visit(are_finite, array.values)) not_as_text("cell array '" + array.name + "'");
   }
 }
 
@@ -243,18 +220,11 @@ void write_vtu(const WholeFile& file, vtkUnstructuredGrid& grid, const TetMesh& 
                const vtkio::Messages& messages, const ProgressCallback& progress) {
   vtkNew<XmlWriter> writer;
   writer->SetInputData(&grid);
-  switch (options.encoding) {
-  case Encoding::kRaw:
-    writer->SetDataModeToAppended();
-    writer->EncodeAppendedDataOff();
-    break;
-  case Encoding::kBase64: writer->SetDataModeToBinary(); break;
-  case Encoding::kAscii: writer->SetDataModeToAscii(); break;
-  }
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
   switch (options.compressor) {
   case Compressor::kNone: writer->SetCompressorTypeToNone(); break;
   case Compressor::kZlib: writer->SetCompressorTypeToZLib(); break;
-  case Compressor::kLz4: writer->SetCompressorTypeToLZ4(); break;
   }
   if (largest_array(mesh) > std::numeric_limits<std::uint32_t>::max())
     writer->SetHeaderTypeToUInt64();
@@ -333,15 +303,13 @@ void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions
                 const ProgressCallback& progress) {
   if (!is_mesh_name(path))
     throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": a mesh is written as .vtu or .vtk");
-  const std::string ending = ending_of(path);
-  if (ending == ".vtk" && options.encoding != Encoding::kRaw)
-    throw Error(ErrorCode::kBadArgument, "cannot write " + path + ": legacy VTK is written in binary only");
+  const bool is_vtu = ending_of(path) == ".vtu";
   check(path, mesh, options);
 
   WholeFile file(path);
   const vtkio::Messages messages;
   // VTK's loops begin threads without asking whether the system lets them; here they are short.
-  oneapi::tbb::task_arena(1).execute([&] { write(path, file, mesh, ending == ".vtu", options, messages, progress); });
+  oneapi::tbb::task_arena(1).execute([&] { write(path, file, mesh, is_vtu, options, messages, progress); });
   file.commit();
 }
 

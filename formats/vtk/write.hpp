@@ -10,12 +10,7 @@
 
 namespace ptet {
 
-enum class Encoding {
-  kRaw,    ///< appended, as it is in memory (legacy VTK: binary)
-  kBase64, ///< inline base64 (VTU only)
-  kAscii,  ///< decimal numbers (VTU only), enough digits to give every value back but the sign of a zero
-};
-enum class Compressor { kNone, kZlib, kLz4 };
+enum class Compressor { kNone, kZlib };
 
 /// One value per tet, for what is not part of a mesh: an error, the record that made it.
 struct CellArray {
@@ -24,8 +19,7 @@ struct CellArray {
 };
 
 struct WriteOptions {
-  Encoding encoding = Encoding::kRaw;
-  Compressor compressor = Compressor::kZlib; ///< of raw and base64 VTU; nothing else is compressed
+  Compressor compressor = Compressor::kZlib; ///< of VTU; legacy VTK is not compressed
   std::vector<CellArray> cell_arrays;        ///< each of mesh.tets.size() values
 };
 
@@ -36,9 +30,9 @@ struct WriteOptions {
 /// folder that is synced and then renamed: under `path` there is the old file or the whole new one.
 ///
 /// Point arrays keep their type, name and bits. Headers and ids are 32-bit where the data allow.
-/// Throws Error: kBadArgument (another ending, a cell array of the wrong length, an encoding but kRaw for .vtk),
-/// kBadInput (a point array of the wrong length, a name that is not UTF-8 or used twice, a tet id out of range, NaN or
-/// infinity for kAscii), kIo (with the system's reason), kCancelled. Nothing is left behind then. Prints nothing.
+/// Throws Error: kBadArgument (another ending, a cell array of the wrong length), kBadInput (a point array of the wrong
+/// length, a name that is not UTF-8 or used twice, a tet id out of range), kIo (with the system's reason), kCancelled.
+/// Nothing is left behind then. Prints nothing.
 /// Thread rule: as read_mesh(). Cost: one copy of the tets' ids; arrays are handed to VTK where they lie.
 void write_mesh(const std::string& path, const TetMesh& mesh, const WriteOptions& options = {},
                 const ProgressCallback& progress = {});
