@@ -72,9 +72,10 @@ private:
   std::string list_;
 };
 
-/// A power of ten that is no less, "1e-16".
+/// A power of ten that is no less, "1e-16"; also for 0, which tiny differences have as their length.
 std::string brief_power(double x) {
-  return "1e" + std::to_string(static_cast<int>(std::ceil(std::log10(x))));
+  const double least = std::max(x, std::numeric_limits<double>::min());
+  return "1e" + std::to_string(static_cast<int>(std::ceil(std::log10(least))));
 }
 
 class Examiner {
@@ -473,6 +474,7 @@ private:
       farthest = std::max(farthest, *distance);
       near.push_back(vertices[i]);
     }
+    if (near.empty()) return;
     std::sort(near.begin(), near.end());
     Tally tally;
     for (const std::uint32_t v : near)
