@@ -47,8 +47,7 @@ void check(const std::string& path, const TetMesh& mesh, Faces faces, bool in_fl
     if (a == b || b == c || c == a) fail(f, " names a vertex twice");
     for (const VertexId v : faces[f]) {
       const Point p = mesh.position(v);
-      if (!std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); }))
-        fail(f, " has a vertex whose position is not finite");
+      if (!is_finite(p)) fail(f, " has a vertex whose position is not finite");
       const auto is_beyond = [](double x) { return std::abs(x) > std::numeric_limits<float>::max(); };
       if (in_floats && std::any_of(p.begin(), p.end(), is_beyond))
         fail(f, " has a vertex beyond the range of 32-bit floats, which .stl holds; .obj, .off and .ply hold more");

@@ -98,6 +98,15 @@ std::string joined(const std::vector<std::string>& parts) {
   return text;
 }
 
+/// The degrees of Lagrange's cells, by cell, where the grid has them.
+vtkDataArray* degrees_of(vtkUnstructuredGrid& grid, std::uint64_t cells, const Assembler& assembler) {
+  vtkDataArray* const degrees = grid.GetCellData()->GetHigherOrderDegrees();
+  if (degrees &&
+      (static_cast<std::uint64_t>(degrees->GetNumberOfTuples()) != cells || degrees->GetNumberOfComponents() != 3))
+    assembler.fail("the degrees of its cells are not three for each");
+  return degrees;
+}
+
 } // namespace
 
 std::string unique_name(const std::string& wanted, std::size_t index, std::set<std::string>& taken) {
@@ -345,15 +354,6 @@ void Assembler::check_degree(const std::array<double, 3>& degrees, int type, std
   if (!is_one || lagrange_points(type, static_cast<std::uint64_t>(degrees[0])) != points)
     fail("cell " + std::to_string(cell) + " has " + std::to_string(points) +
          " points, which are not those of its degree");
-}
-
-/// By cell, where the grid has them.
-vtkDataArray* degrees_of(vtkUnstructuredGrid& grid, std::uint64_t cells, const Assembler& assembler) {
-  vtkDataArray* const degrees = grid.GetCellData()->GetHigherOrderDegrees();
-  if (degrees &&
-      (static_cast<std::uint64_t>(degrees->GetNumberOfTuples()) != cells || degrees->GetNumberOfComponents() != 3))
-    assembler.fail("the degrees of its cells are not three for each");
-  return degrees;
 }
 
 template <class Index>

@@ -240,7 +240,7 @@ void OrderOfPoints::improve() {
   if (std::none_of(badness_.begin(), badness_.end(), [](std::uint32_t b) { return b >= kFlatInPart; })) return;
   for (const VertexId v : splitting_.points_) {
     const Point at = mesh_.position(v);
-    if (!std::all_of(at.begin(), at.end(), [](double x) { return std::isfinite(x); })) return; // there is no order
+    if (!is_finite(at)) return; // there is no order
   }
   find_places();
   find_cells_around();

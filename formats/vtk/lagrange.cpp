@@ -56,9 +56,8 @@ LagrangeParts parts_of_hexahedron(int order) {
 
 LagrangeParts parts_of_wedge(int order) {
   LagrangeParts parts;
-  const vtkIdType points =
-      static_cast<vtkIdType>(lagrange_points(VTK_LAGRANGE_WEDGE, static_cast<std::uint64_t>(order)));
-  const std::array orders = {order, order, order, static_cast<int>(points)}; // VTK reads all four
+  const auto points = static_cast<int>(lagrange_points(VTK_LAGRANGE_WEDGE, static_cast<std::uint64_t>(order)));
+  const std::array orders = {order, order, order, points}; // VTK reads all four
   const auto at = [&](int i, int j, int k) {
     return static_cast<std::uint32_t>(vtkHigherOrderWedge::PointIndexFromIJK(i, j, k, orders.data()));
   };

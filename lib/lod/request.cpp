@@ -15,10 +15,6 @@ using namespace vec;
   throw Error(ErrorCode::kBadArgument, why);
 }
 
-bool is_finite(const Point& p) {
-  return std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); });
-}
-
 /// `what` is said of a bound that is none; `name` may follow it.
 void check_bound(const Bound& bound, const char* what, const std::string& name = {}) {
   if (!(bound.value >= 0) || !std::isfinite(bound.value))

@@ -197,7 +197,7 @@ private:
     Tally infinite, large;
     for (std::size_t v = 0; v < out_.points.size(); ++v) {
       const Point& p = out_.points[v];
-      if (!std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); })) {
+      if (!is_finite(p)) {
         infinite.add(v);
       } else if (!std::all_of(p.begin(), p.end(), [](double x) { return std::abs(x) <= kLargestCoordinate; })) {
         large.add(v);

@@ -16,6 +16,9 @@ inline double dot(const Vec3& a, const Vec3& b) {
 inline double norm(const Vec3& a) {
   return std::sqrt(dot(a, a));
 }
+inline bool is_finite(const Vec3& a) {
+  return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]);
+}
 inline Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
@@ -36,7 +39,7 @@ inline Vec3 operator*(double s, const Vec3& a) {
 /// The direction of a vector, however long or short; nothing where it has none.
 inline std::optional<Vec3> direction_of(const Vec3& a) {
   using namespace vec;
-  if (!std::all_of(a.begin(), a.end(), [](double x) { return std::isfinite(x); })) return std::nullopt;
+  if (!is_finite(a)) return std::nullopt;
   const double most = std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
   if (!(most > 0)) return std::nullopt;
   const Vec3 scaled = {a[0] / most, a[1] / most, a[2] / most}; // squares would overflow or vanish, as 1 / most may

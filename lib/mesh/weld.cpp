@@ -91,8 +91,7 @@ std::vector<std::uint32_t> boundary_vertices(const TetMesh& mesh) {
   std::vector<std::uint32_t> found;
   for (std::uint32_t v = 0; v < is_at_boundary.size(); ++v) {
     const Point p = mesh.position(VertexId{v});
-    if (is_at_boundary[v] != 0 && std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); }))
-      found.push_back(v);
+    if (is_at_boundary[v] != 0 && is_finite(p)) found.push_back(v);
   }
   return found;
 }
@@ -251,13 +250,13 @@ std::vector<std::uint32_t> find_near_firsts(const TetMesh& mesh, const std::vect
   return first;
 }
 
-/// Whether a tet is as it was, or neither of the two is one.
+/// Whether a tet stays on its side, or flat; of one that has corners at no place there is nothing to keep.
 bool keeps_orientation(const TetMesh& mesh, const Tet& tet, const std::vector<std::uint32_t>& first) {
   std::array<Point, 4> was, is;
   for (std::size_t i = 0; i < 4; ++i) {
     was[i] = mesh.position(tet[i]);
     is[i] = mesh.position(VertexId{first[tet[i].index()]});
-    if (!std::all_of(was[i].begin(), was[i].end(), [](double x) { return std::isfinite(x); })) return true;
+    if (!is_finite(was[i])) return true;
   }
   return orientation(was[0], was[1], was[2], was[3]) == orientation(is[0], is[1], is[2], is[3]);
 }
@@ -326,7 +325,7 @@ double diagonal_of(const TetMesh& mesh) {
   for (const Tet& tet : mesh.tets)
     for (const VertexId v : tet) {
       const Point p = mesh.position(v);
-      if (std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); })) box.add(p);
+      if (is_finite(p)) box.add(p);
     }
   return box.low[0] <= box.high[0] ? norm(box.high - box.low) : 0;
 }

@@ -248,7 +248,7 @@ TEST_CASE("welding over a distance: no chains, no whole numbers, no shapes", "[w
 }
 
 TEST_CASE("welding over a distance: edges may be shorter than it", "[weld]") {
-  // Two blocks of cubes a unit wide side by side, the second set apart by rounding.
+  // Two blocks of four cubes each way side by side, the second set apart by rounding.
   TetMesh mesh = make_mesh({}, {}, ScalarType::kFloat64);
   const TetMesh block = test::grid({{4, 4, 4}, {}, 0, 1});
   double width = 0;
